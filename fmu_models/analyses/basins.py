@@ -17,7 +17,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -47,6 +47,9 @@ from fmu_models.sections.strobe import Strobe, strobe_of
 from fmu_models.sections.subject import Subject, seen
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
+
+if TYPE_CHECKING:
+    import xarray
 
 INFINITE, FAILED = -2, -3  # labels beside UNDECIDED
 COARSE = 64  # starts that look for attractors first
@@ -126,7 +129,7 @@ class Basins(Pictured):
         """``failures`` in words."""
         return [f"{index}: {why}" for index, why in self.failures.items()]
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> "xarray.Dataset":
         """The grid with its axes."""
         import xarray
 
@@ -152,7 +155,9 @@ class Basins(Pictured):
         return {"attractors": self.words, **shares, "how": self.how or None}
 
 
-def grid_of(system: SectionSystem, axes: Mapping[str, ArrayLike], start: Any) -> tuple[dict[str, Vector], Vector]:
+def grid_of(
+    system: SectionSystem, axes: Mapping[str, ArrayLike], start: Mapping[str, float] | None
+) -> tuple[dict[str, Vector], Vector]:
     """The values along each axis, and all starts (m, n) in the order of rows.
 
     Raises:

@@ -9,9 +9,9 @@ through it: the flip belongs to the shorter motion.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
@@ -91,7 +91,7 @@ def find_bifurcations(
     return tuple(sorted(bifurcations, key=lambda bifurcation: bifurcation.value))
 
 
-def _motions_at_begin(system: SectionSystem, period: int, guess: Any) -> list[Vector]:
+def _motions_at_begin(system: SectionSystem, period: int, guess: ArrayLike | None) -> list[Vector]:
     if guess is not None:
         return list(find_cycles(system, np.asarray(guess, dtype=float).reshape(1, period, -1)))
     if isinstance(system, Iteration):
@@ -102,7 +102,9 @@ def _motions_at_begin(system: SectionSystem, period: int, guess: Any) -> list[Ve
 def _met(system: SectionSystem, parameter: str, ends: tuple[float, float], points: Vector) -> Iterator[Bifurcation]:
     """What the motion through points (period, n) at the first end meets on its branch."""
     between = min(ends), max(ends)
-    node = begin_of(system, problem_of(system, parameter).folded(len(points)), between, points[0], settle=False)
+    node = begin_of(
+        system, problem_of(system, parameter).folded(len(points)), between, points[0].tolist(), settle=False
+    )
     towards = node if (ends[1] - ends[0]) * node.tangent[-1] > 0.0 else node.turned()
     for special in followed_from(towards, between, POINTS).special:
         if special.kind in KINDS:

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from fmu_models.continuation.curves.curve import Curve, Curves, closed_form_of
 from fmu_models.continuation.equilibrium_branch import EquilibriumBranch
 from fmu_models.families.execution import IN_MEMORY, Execution
 from fmu_models.sections.system import SectionSystem
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +52,11 @@ class Followed(Pictured):
         return "" if self.curves else self.branch.how
 
     @property
-    def frame(self) -> Any:
+    def frame(self) -> "pandas.DataFrame":
         """One row per point."""
         return self.shown.frame
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> "xarray.Dataset":
         """The points as a data set."""
         return self.shown.to_xarray()
 

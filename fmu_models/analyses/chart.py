@@ -14,7 +14,7 @@ a trace on it.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,9 @@ from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
+
+if TYPE_CHECKING:
+    import xarray
 
 WHAT = ("period", "impacts", "stick", "exponent", "attractor")
 UNKNOWN = -1
@@ -84,7 +87,7 @@ class Chart(Pictured):
         """The class of each cell; "" where it has none."""
         return np.array([*self.classes, ""], dtype=object)[self.labels]
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> "xarray.Dataset":
         """The grid with its axes."""
         import xarray
 

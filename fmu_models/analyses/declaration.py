@@ -10,10 +10,14 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
 from fmu_models.base.registry import Registry
 from fmu_models.base.shown import Pictured
+
+if TYPE_CHECKING:
+    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.sections.system import SectionSystem
 
 # what the axes of an analysis may be
 VALUES, RANGE, PARAMETERS, STATE, STATES = "values", "range", "parameters", "one state", "states"
@@ -118,7 +122,7 @@ class Analysis:
         """The analysis in a sentence: the first paragraph of the function's docstring."""
         return " ".join(inspect.cleandoc(self.function.__doc__ or "").split("\n\n")[0].split())
 
-    def run(self, subject: Any, axes: Mapping[str, Any], **arguments: Any) -> Pictured:
+    def run(self, subject: "SectionSystem | Fmu", axes: Mapping[str, Any], **arguments: Any) -> Pictured:
         """The result over axes by name; ``progress`` is left out where the function takes none."""
         if "progress" not in inspect.signature(self.function).parameters:
             arguments.pop("progress", None)

@@ -7,7 +7,7 @@ of two frequencies, or one that is not there yet, which the sign of the largest 
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,10 @@ from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 DIRECTIONS = {"up": ("up",), "down": ("down",), "both": ("up", "down")}
 SETTLED = 1e-11
@@ -113,7 +117,7 @@ class Diagram(Pictured):
         return [f"{direction}, {self.over} = {value:g}: {why}" for (direction, value), why in self.failures.items()]
 
     @property
-    def frame(self) -> Any:
+    def frame(self) -> "pandas.DataFrame":
         """One row per point."""
         import pandas
 
@@ -122,7 +126,7 @@ class Diagram(Pictured):
         columns |= {name: self.points[d, m, r, i] for i, name in enumerate(self.states)}
         return pandas.DataFrame(columns)
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> "xarray.Dataset":
         """The arrays with their dimensions."""
         import xarray
 

@@ -16,7 +16,7 @@ mechanics (1997), section 3 (the window of the autocorrelation).
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -31,6 +31,9 @@ from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.subject import Subject, seen
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.rows import RunRows
+
+if TYPE_CHECKING:
+    import xarray
 
 SPREAD = 1e-6  # of the size of each state: by so much the starts differ
 BATCHES = 1000  # of one motion, at most
@@ -126,7 +129,7 @@ class Exponents(Pictured):
         """Numbers of the exponents, from 1."""
         return range(1, len(self.values) + 1)
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> "xarray.Dataset":
         """The table, with its unit and where it comes from."""
         return super().to_xarray().assign_attrs({"unit": self.unit, PROVENANCE: told(self.provenance)})
 

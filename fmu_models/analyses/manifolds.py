@@ -18,7 +18,7 @@ Source: Krauskopf, Osinga, Growing 1D and quasi-2D unstable manifolds of maps, J
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -35,6 +35,9 @@ from fmu_models.language.contact_kinds import STICK
 from fmu_models.sections.periodic import find_cycles, motion_at
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.run import simulate
+
+if TYPE_CHECKING:
+    import pandas
 
 BESIDE = 1e-6  # of the sizes of the states: where a manifold begins, beside its saddle
 FINEST = 1e-11  # of the first piece: points are put in between no finer than that
@@ -88,7 +91,7 @@ class Manifolds(Pictured):
     of: tuple[str, ...]
 
     @property
-    def frame(self) -> Any:
+    def frame(self) -> "pandas.DataFrame":
         """One row per point; ``curve`` is the number of its curve."""
         import pandas
 

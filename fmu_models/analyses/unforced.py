@@ -12,7 +12,7 @@ A cycle that passes its own section without a least number of turns that was loo
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
@@ -137,7 +137,9 @@ def _rates(states: Sequence[str]) -> list[str]:
     return [f"der({name})" for name in states]
 
 
-def at_its_cycle(system: SectionSystem, start: Any) -> tuple[SectionSystem, Any]:
+def at_its_cycle(
+    system: SectionSystem, start: Mapping[str, float] | Sequence[float] | None
+) -> tuple[SectionSystem, Mapping[str, float] | Sequence[float] | None]:
     """A strobe by the period of the cycle that its start comes to, and a point of that, where none was given.
 
     Raises:
@@ -152,7 +154,7 @@ def at_its_cycle(system: SectionSystem, start: Any) -> tuple[SectionSystem, Any]
             f"'{system.name}' comes to no cycle from that start, so that it needs a period: give about how long it is "
             "(--period with --autonomous, period= with autonomous=True), or start elsewhere."
         )
-    return strobe_of(system, period=cycle.time, autonomous=True), cycle.points[0]
+    return strobe_of(system, period=cycle.time, autonomous=True), cycle.points[0].tolist()
 
 
 def absorb(

@@ -1,5 +1,6 @@
 """The motion that a branch begins at: from a start near it, or where a run from there settles."""
 
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -24,7 +25,10 @@ SETTLE = 400  # periods of a run that settles to its motion
 FAR = EnsembleRuns.bound
 
 
-def begin_of(system: SectionSystem, problem: Problem, between: tuple[float, float], start: Any, settle: bool) -> Node:
+def begin_of(
+    system: SectionSystem, problem: Problem, between: tuple[float, float],
+    start: Mapping[str, float] | Sequence[float] | None, settle: bool,
+) -> Node:  # fmt: skip
     """The motion at the start."""
     value = problem.value_within(between)
     point = system.start(start)
@@ -163,7 +167,7 @@ def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
     return np.array([*(float(moved[name][0]) for name in problem.states), cycle.period, value])
 
 
-def problem_of(system: Any, over: str) -> Problem:
+def problem_of(system: SectionSystem, over: str) -> Problem:
     """The family that a section describes.
 
     Raises:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -23,6 +23,10 @@ from fmu_models.continuation.special.special import Special
 from fmu_models.continuation.step.same_motion import passes
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.sections.system import SectionSystem
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 SAME = 1e-9  # special points of two branches that lie no further apart are one
 
@@ -128,7 +132,7 @@ class Branches(Pictured):
         return self.branches[0].how
 
     @property
-    def frame(self) -> Any:
+    def frame(self) -> pandas.DataFrame:
         """One row per point; ``branch`` is the number of its branch."""
         import pandas
 
@@ -140,7 +144,7 @@ class Branches(Pictured):
         """Of all branches."""
         return tuple(special for member in self.branches for special in member.special)
 
-    def to_xarray(self) -> Any:
+    def to_xarray(self) -> xarray.Dataset:
         """The points, and what is special beside them."""
         of = [i for i, member in enumerate(self.branches) for _ in member.special]
         places = [count for member in self.branches for count in member.places]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.continuation.problem.node import Node
-from fmu_models.continuation.problem.problem import Passing, Problem, Seen
+from fmu_models.continuation.problem.problem import Passing, Problem, Seen, Vector
 from fmu_models.continuation.special.discontinuous import Touch
 from fmu_models.continuation.step.way import Found
 from fmu_models.families.store import Chain, Store
@@ -38,7 +38,7 @@ class Keeper:
         """Where the next branch is kept, or is already."""
         return Pieces() if self.store is None else Pieces(self, self.store.chain())
 
-    def told(self, value: Any) -> Any:
+    def told(self, value: object) -> object:
         """As JSON."""
         if isinstance(value, Node):
             place = {"of": self._place(value), "z": self.told(value.z), "tangent": self.told(value.tangent)}
@@ -50,7 +50,7 @@ class Keeper:
             return {"is": "array", "values": value.tolist()}
         return [self.told(item) for item in value] if isinstance(value, list | tuple) else value
 
-    def made(self, content: Any) -> Any:
+    def made(self, content: object) -> Any:
         """What was told so."""
         if isinstance(content, list):
             return tuple(self.made(item) for item in content)
@@ -70,7 +70,7 @@ class Keeper:
         self._problems.append((node.problem, node.scales))
         return {"problem": same[0] if same else node.problem.told(), "scales": node.scales.tolist()}
 
-    def _node(self, of: Any, z: Any, tangent: Any, iterations: int) -> Node:
+    def _node(self, of: int | dict[str, Any], z: Vector, tangent: Vector, iterations: int) -> Node:
         if isinstance(of, dict):
             family = of["problem"]
             problem = self._problems[family][0] if isinstance(family, int) else self.family.like(family)
@@ -92,14 +92,14 @@ class Pieces:
 
     def __init__(self, keeper: Keeper | None = None, chain: Chain | None = None) -> None:
         self._keeper, self._chain = keeper, chain
-        self.known = [keeper.made(json.loads(text)) for text in chain.texts] if keeper and chain else []
+        self.known: list[Any] = [keeper.made(json.loads(text)) for text in chain.texts] if keeper and chain else []
 
     @property
     def where(self) -> str:
         """How to go on, as the end of a sentence."""
         return f" in '{self._chain.path}'. Go on: --resume (in Python resume=True)" if self._chain else ""
 
-    def put(self, piece: Any) -> None:
+    def put(self, piece: object) -> None:
         """Keep the next one."""
         if self._keeper and self._chain:
             self._chain.put(json.dumps(self._keeper.told(piece)))

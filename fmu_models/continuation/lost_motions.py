@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from fmu_models.base.arrays import Integers
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.continuation.branch import Branch
@@ -41,7 +42,7 @@ class Swept(Protocol):
     @property
     def points(self) -> Vector: ...
     @property
-    def periods(self) -> Any: ...
+    def periods(self) -> Integers: ...
     @property
     def shown(self) -> Vector: ...
 

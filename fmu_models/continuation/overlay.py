@@ -1,7 +1,6 @@
 """Branches through motions that a sweep has found, to be laid over its diagram."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from fmu_models.continuation.branch import Branch
 from fmu_models.continuation.branches import Branches, branch, spread
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.system import SectionSystem
 
 POINTS = 500  # of a branch, in each direction: more do not show
 Motion = tuple[float, int, Vector]  # value of the parameter, period in steps of the section, and a point (n,)
@@ -17,7 +17,12 @@ NEAR = 0.02  # of what the states span on a branch: a motion no further from it,
 
 
 def branches_through(
-    system: Any, over: str, motions: Iterable[Motion], between: tuple[float, float], longest: int, of: str | None
+    system: SectionSystem,
+    over: str,
+    motions: Iterable[Motion],
+    between: tuple[float, float],
+    longest: int,
+    of: str | None,
 ) -> Branches:
     """Those of the motions, and all that leave them and one another.
 

@@ -14,7 +14,7 @@ from typing import Any, Self
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.cache import digest
@@ -175,23 +175,23 @@ class Iteration(SectionSystem):
         with np.errstate(divide="ignore"):  # where a step flattens volumes, -inf is right
             return np.log(np.abs(self.determinant(points)))
 
-    def __call__(self, x: Any) -> Vector:
+    def __call__(self, x: ArrayLike) -> Vector:
         """(..., n) next states, angles within their modulus; nan where there is none."""
         return self.wrapped(self.lifted(x))
 
-    def lifted(self, x: Any) -> Vector:
+    def lifted(self, x: ArrayLike) -> Vector:
         """(..., n) next states without taking remainders."""
         return self._evaluated(0, x)
 
-    def jacobian(self, x: Any) -> Vector:
+    def jacobian(self, x: ArrayLike) -> Vector:
         """(..., n, n) derivative of the next states."""
         return self._evaluated(1, x).reshape(*np.shape(x), np.shape(x)[-1])
 
-    def determinant(self, x: Any) -> Vector:
+    def determinant(self, x: ArrayLike) -> Vector:
         """(...) determinant of the derivative, by which small areas or volumes grow; cancelled by SymPy beforehand."""
         return self._evaluated(2, x)[..., 0]
 
-    def _evaluated(self, part: int, points: Any, values: Sequence[Any] | None = None) -> Vector:
+    def _evaluated(self, part: int, points: ArrayLike, values: Sequence[Any] | None = None) -> Vector:
         """(..., k) a part of ``_functions``, at the values of the parameters if no others are given."""
         x, function = np.asarray(points, dtype=float), _functions(self.map, self.backward)[part]
         with np.errstate(all="ignore"):
@@ -206,7 +206,7 @@ class Iteration(SectionSystem):
         return _moduli(self.map)
 
 
-def iterate(iteration: Iteration, start: Any, steps: int) -> Vector:
+def iterate(iteration: Iteration, start: ArrayLike, steps: int) -> Vector:
     """(steps + 1, ..., n) states from ``start`` (..., n); nan from where the motion leaves every bound."""
     states = [np.asarray(start, dtype=float)]
     for _ in range(steps):
@@ -214,7 +214,9 @@ def iterate(iteration: Iteration, start: Any, steps: int) -> Vector:
     return np.stack(states)
 
 
-def find_iterate_crossings(iteration: Iteration, period: int = 1, *, box: Any = None, **search: Any) -> Crossings:
+def find_iterate_crossings(
+    iteration: Iteration, period: int = 1, *, box: ArrayLike | None = None, **search: Any
+) -> Crossings:
     """Fixed points and jumps of the n-th iterate of a map of one variable, told apart.
 
     Args:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.arrays import Complex, Flags, Integers, Varied, Vector
 from fmu_models.base.errors import StickslipError
@@ -62,7 +62,7 @@ class PeriodicMotion(Shown):
 
 
 def find_periodic(
-    iteration: Iteration, period: int = 1, *, box: Any = None, starts: int = 5000
+    iteration: Iteration, period: int = 1, *, box: ArrayLike | None = None, starts: int = 5000
 ) -> tuple[PeriodicMotion, ...]:
     """The motions of least period ``period`` whose points all lie in the box, ordered by their least state.
 

@@ -16,9 +16,9 @@ equation (2.24) is printed with -1 < lambda, where lambda < -1 is meant.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fmu_models.base.arrays import Complex, Flags, Vector
 from fmu_models.base.shown import Shown
@@ -69,7 +69,7 @@ class Stability(Shown):
     eigenvalues: Complex
 
     @classmethod
-    def of(cls, derivative: Any) -> Stability:
+    def of(cls, derivative: ArrayLike) -> Stability:
         """The stability from the derivative (n, n) of the map."""
         return cls(eigenvalues_of(np.asarray(derivative, dtype=float)))
 

@@ -118,7 +118,11 @@ class SectionSystem(Shown, ABC):
         return Runner(self, execution=Execution(workers=workers), progress=progress).make(jobs)
 
     def motion(
-        self, start: Any, transient: int, steps: int, progress: Callable[[float], Any] = lambda fraction: None
+        self,
+        start: Mapping[str, float] | Sequence[float] | None,
+        transient: int,
+        steps: int,
+        progress: Callable[[float], Any] = lambda fraction: None,
     ) -> RunRows:
         """The rows of one motion, a step each.
 
@@ -175,7 +179,9 @@ class SectionSystem(Shown, ABC):
         return {"model": self.name, "states": self.states, **self.values}
 
 
-def named_point(name: str, states: Sequence[str], defaults: Vector, values: Any) -> Vector:
+def named_point(
+    name: str, states: Sequence[str], defaults: Vector, values: Mapping[str, float] | Sequence[float] | None
+) -> Vector:
     """(n,) a point from a mapping by name or from all its numbers.
 
     Raises:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from fmu_models.base.shown import Pictured, Shown
 from fmu_models.continuation.ended import Ended
 from fmu_models.continuation.problem.node import Lost, Node, pinned
 from fmu_models.continuation.problem.problem import Vector
+
+if TYPE_CHECKING:
+    import pandas
 
 ROUNDING = 1e-12  # of the end of a range, in the scale of its parameter
 
@@ -157,7 +160,7 @@ class Curves(Pictured):
     failures: tuple[str, ...] = ()
 
     @property
-    def frame(self) -> Any:
+    def frame(self) -> "pandas.DataFrame":
         """One row per point; ``curve`` is the number of its curve."""
         import pandas
 

@@ -10,7 +10,6 @@ Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 8.1, 
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -21,7 +20,7 @@ from fmu_models.continuation.curves.condition import Condition, Determinant, Mis
 from fmu_models.continuation.curves.curve import Curve, told
 from fmu_models.continuation.curves.meeting import met
 from fmu_models.continuation.problem.node import Lost, Node, look, pinned
-from fmu_models.continuation.problem.problem import Vector
+from fmu_models.continuation.problem.problem import Passing, Vector
 from fmu_models.continuation.special.kinds import KINDS, kind_of
 from fmu_models.continuation.step.follow import LONGEST, SHORTEST, STRAIGHT, is_far
 from fmu_models.continuation.step.way import Found, Way, Ways, joined, ways
@@ -32,7 +31,7 @@ FIRST = 0.02  # step, in u
 def curve_of(
     kind: str,
     node: Node,
-    miss: Any,
+    miss: Passing | None,
     second: str,
     between: tuple[float, float] | None,
     within: tuple[float, float],
@@ -73,7 +72,7 @@ def curve_of(
     return _made(kind, condition, ways(point, lambda start: _Trace(kind, condition, start, box, points).follow()))
 
 
-def _condition(kind: str, node: Node, miss: Any) -> Condition:
+def _condition(kind: str, node: Node, miss: Passing | None) -> Condition:
     if miss is not None:
         return Miss(miss, node.word)
     return Rank(node.word) if KINDS[kind].crosses else Determinant(KINDS[kind].passes, node.word)

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
@@ -114,7 +115,9 @@ class FlowProblem(Problem):
         value = self.strobe.values.get(name)
         return self.strobe.fmu.start_of(name) if value is None else float(value)
 
-    def _run(self, z: Vector, start: float, stop: float) -> Any:
+    def _run(
+        self, z: Vector, start: float, stop: float
+    ) -> tuple[whole_run.Result, Vector, Vector, bool, whole_run.Passage]:
         if not self.kept:
             fmu = self.strobe.fmu
             engine, variables, names = engine_of(fmu), fmu.variables, (*self.states, *self.parameters)
@@ -173,7 +176,12 @@ class FlowProblem(Problem):
         return Seen(residual, jacobian, monodromy, length, word, passings, one_sided)
 
     def _passings(
-        self, rows: Any, by_times: Vector, passage: Any, start: float, moving: tuple[Vector, Vector]
+        self,
+        rows: NDArray[Any],
+        by_times: Vector,
+        passage: whole_run.Passage,
+        start: float,
+        moving: tuple[Vector, Vector],
     ) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
         """Events and misses of a run that starts at a time, the start moved by parameters so: rates there, and by how
         much."""

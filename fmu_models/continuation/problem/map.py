@@ -1,6 +1,6 @@
 """What a branch of a declared map is followed of: its cycles."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -31,7 +31,7 @@ class MapProblem(Problem):
         return self.map
 
     @cached_property
-    def _by_parameters(self) -> Any:
+    def _by_parameters(self) -> Callable[..., list[list[Any]]]:
         declared = self.map.map
         rule = (declared.inverse if self.map.backward else declared.rule) or {}
         symbols = [next(p for p in declared.parameters if p.name == name) for name in self.parameters]

@@ -15,8 +15,10 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
+import mpmath
 import numpy as np
 import sympy
+from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.language.contact_dynamics import ContactDynamics
 from fmu_models.language.quantities import TIME
@@ -25,6 +27,8 @@ from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELE
 
 HALF = 6
 Mode = tuple[int, ...]
+Number = float | np.longdouble | mpmath.mpf
+State = NDArray[np.floating[Any]] | Sequence[Number]
 
 
 class Equations:
@@ -48,7 +52,7 @@ class Equations:
         self._depths = {c.depth_symbol: c.depth for c in system.contacts if c.depth_symbol is not None}
         self._compiled: dict[Any, Callable[..., Any]] = {}
 
-    def place(self, expression: Any, signs: dict[Any, Any]) -> Any:
+    def place(self, expression: sympy.Expr, signs: dict[Any, Any]) -> sympy.Expr:
         """An expression with contact symbols and accelerations without contact forces put in by what they are."""
         substituted = sympy.sympify(expression)
         for contact in self.contacts:
@@ -94,7 +98,7 @@ class Equations:
         solved = dict(zip((names[i] for i in unknown), matrix.LUsolve(right), strict=True))
         return tuple(sympy.sympify(force).xreplace(solved) for force in forces)
 
-    def _known_force(self, i: int, state: int, signs: dict[Any, Any]) -> Any:
+    def _known_force(self, i: int, state: int, signs: dict[Any, Any]) -> sympy.Expr | None:
         """The force of a contact from its law, None if the constraint gives it."""
         contact = self.contacts[i]
         if state in (OPEN, RELEASED):
@@ -123,7 +127,7 @@ class Equations:
         internal = [self.place(rate, signs) for rate in system.internal_rates]
         return (*velocities, *driven, *internal, *(sympy.S.Zero for _ in self.memories))
 
-    def function(self, expressions: Sequence[Any], modules: str = "math") -> Callable[[float, Any], list[Any]]:
+    def function(self, expressions: Sequence[Any], modules: str = "math") -> Callable[[Number, Any], list[Any]]:
         """Expressions as a function of the time and z (a sequence of numbers) that returns a list."""
         plain = {symbol: sympy.Symbol(f"z{i}") for i, symbol in enumerate(self.symbols)}
         t = sympy.Symbol("t")
@@ -136,17 +140,17 @@ class Equations:
             self._compiled[mode] = self.function(self.rates(mode))
         return self._compiled[mode]
 
-    def start(self, states: Any) -> np.ndarray:
+    def start(self, states: ArrayLike) -> np.ndarray:
         """z from the states, with no speeds of entry."""
         return np.concatenate([np.asarray(states, dtype=float), np.zeros(len(self.memories))])
 
 
-def boundary(contact: ContactDynamics) -> Any:
+def boundary(contact: ContactDynamics) -> sympy.Expr | None:
     """The function whose sign is the side a contact is on: depth of a stop or rigid contact, else slip or switch."""
     return contact.depth if contact.kind.normal else contact.slip
 
 
-def first_mode(equations: Equations, z: np.ndarray) -> Mode:
+def first_mode(equations: Equations, z: State) -> Mode:
     """Contact states at the start by their sides alone: closed stops where they push, nothing sticks."""
     mode = []
     values = equations.function([sympy.sympify(boundary(c)) for c in equations.contacts])(0.0, z)

@@ -9,16 +9,16 @@ needs no periodic or particular solutions, so that resonance and vanishing dampi
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, final
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, final
 
 import mpmath
 import sympy
 from sympy.solvers.solveset import NonlinearError
 
 from fmu_models.language.quantities import TIME
-from fmu_models.validation.methods.equations import Equations, Mode
+from fmu_models.validation.methods.equations import Equations, Mode, Number, State
 from fmu_models.validation.methods.result import (
     MethodProblem,
     MethodRun,
@@ -29,6 +29,9 @@ from fmu_models.validation.methods.result import (
 )
 from fmu_models.validation.methods.switching import Run
 
+if TYPE_CHECKING:
+    from mpmath.matrices.matrices import _matrix
+
 DIGITS = 40
 LOOK = 0.05  # of the shortest time constant: events are looked for this often, and at every minimum
 # products of the matrix for a run, some ten seconds: other references are there for longer ones. Counted, not timed, so
@@ -36,6 +39,7 @@ LOOK = 0.05  # of the shortest time constant: events are looked for this often, 
 MOST = 100_000
 SEEN = 10_000  # products after which a run is given up that at its pace would take more
 NAME = "closed form, piecewise linear"
+_Look: TypeAlias = "tuple[_matrix, list[Any]]"
 
 
 @final
@@ -72,12 +76,12 @@ class LinearFlow:
 class _Exact(Equations):
     """Equations whose numbers are exact fractions, so that they do not lose digits on the way through text."""
 
-    def function(self, expressions: Any, modules: str = "math") -> Any:
+    def function(self, expressions: Sequence[Any], modules: str = "math") -> Callable[[Number, Any], list[Any]]:
         exact = [_rational(sympy.sympify(e)) for e in expressions]
         return super().function(exact, modules)
 
 
-def _rational(expression: Any) -> Any:
+def _rational(expression: sympy.Basic) -> sympy.Basic:
     return expression.xreplace({f: sympy.Rational(f) for f in expression.atoms(sympy.Float)})
 
 
@@ -88,14 +92,14 @@ class _LinearStepper:
         self._modes: dict[Mode, _Linear] = {}
         self._last: Any = 0
 
-    def advance(self, mode: Mode, t: Any, z: Any, stop: Any) -> tuple[Any, Any, int | None]:
+    def advance(self, mode: Mode, t: Number, z: State, stop: Number) -> tuple[Number, State, int | None]:
         """Until an event or the end."""
         if mode not in self._modes:
             self._modes[mode] = _Linear(self.run, mode)
         flow = self._modes[mode]
         x = flow.lift(t, z)
         values = flow.watched(t, z)
-        before: tuple[Any, Any] | None = None  # state and values one look back
+        before: _Look | None = None  # state and values one look back
         # small bounces follow small ones: the first look comes well before the last interval is over
         h = min(flow.look, stop, 16 * (t - self._last) if t > self._last else flow.look) / 64
         self._last = t
@@ -122,10 +126,13 @@ class _LinearStepper:
             h *= 2
         return stop, flow.states(x), None
 
-    def _dip(self, flow: _Linear, t: Any, before: Any, x: Any, slope: Any, then: Any, step: Any) -> Any:
+    def _dip(
+        self, flow: _Linear, t: Number, before: _Look, x: _matrix, slope: list[Any], then: list[Any],
+        step: Number,
+    ) -> tuple[Number, int] | None:  # fmt: skip
         """The first zero of a function that is lowest near t and below zero there, but nowhere it was looked at."""
         dips = []
-        series: list[Any] = []
+        series: list[_matrix] = []
         for i, (a, b, c) in enumerate(zip(before[1], slope, then, strict=True)):
             curvature = a - 2 * b + c
             if not (a > b <= c and b > 0 and curvature > 0 and b < 8 * curvature):
@@ -178,26 +185,26 @@ class _Linear:
         self.step = mpmath.expm(A * self.look, method="taylor")
         self._watch = equations.function([w.expression for w in run.watches(mode)], "mpmath")
 
-    def lift(self, t: Any, z: Any) -> Any:
+    def lift(self, t: Number, z: State) -> _matrix:
         """The extended state."""
         arguments = [wave(t) for wave in self._waves]
         waves = [f(a) for a in arguments for f in (mpmath.cos, mpmath.sin)]
         return mpmath.matrix([*z, *waves, t, 1])
 
-    def states(self, x: Any) -> list[Any]:
+    def states(self, x: _matrix) -> list[Any]:
         """z from the extended state."""
         return [x[i] for i in range(self.n)]
 
-    def watched(self, t: Any, z: Any) -> list[Any]:
+    def watched(self, t: Number, z: State) -> list[Any]:
         """Values of the watched functions."""
         return self._watch(t, z)
 
-    def looked(self, x: Any) -> Any:
+    def looked(self, x: _matrix) -> _matrix:
         """The state one look later."""
         self.products += 1
         return self.step * x
 
-    def series(self, x: Any, reach: Any) -> list[Any]:
+    def series(self, x: _matrix, reach: Number) -> list[_matrix]:
         """Terms of exp(A s) x, for any s up to ``reach`` in either direction."""
         terms, power = [x], mpmath.mpf(1)
         for k in range(1, 200):
@@ -208,11 +215,11 @@ class _Linear:
                 break
         return terms
 
-    def value(self, i: int, t: Any, series: list[Any], s: Any) -> Any:
+    def value(self, i: int, t: Number, series: list[_matrix], s: Number) -> Number:
         """One watched function at t + s."""
         return self.watched(t + s, self.states(at(series, s)))[i]
 
-    def root(self, i: int, t: Any, series: list[Any], low: Any, high: Any) -> Any:
+    def root(self, i: int, t: Number, series: list[_matrix], low: Number, high: Number) -> Number:
         """Where a watched function falls to zero between t + low and t + high."""
         if self.value(i, t, series, low) <= 0:
             return low
@@ -227,7 +234,7 @@ class _Linear:
         )
 
 
-def at(series: list[Any], s: Any) -> Any:
+def at(series: list[_matrix], s: Number) -> _matrix:
     """The sum of a series at s."""
     total = series[-1]
     for term in reversed(series[:-1]):
@@ -235,7 +242,7 @@ def at(series: list[Any], s: Any) -> Any:
     return total
 
 
-def _argument(wave: Any) -> Any:
+def _argument(wave: sympy.Expr) -> sympy.Basic:
     """Argument of a sine or cosine, if it is a multiple of the time and a phase."""
     argument = wave.args[0]
     if argument.free_symbols - {TIME} or sympy.diff(argument, TIME, 2) != 0:
@@ -243,9 +250,11 @@ def _argument(wave: Any) -> Any:
     return argument
 
 
-def _number(value: Any) -> Any:
+def _number(value: object) -> Number:
     """A constant in all digits."""
     exact = sympy.sympify(value)
     if exact.free_symbols:
         raise NotTreated(f"{NAME}: a coefficient changes with time. Use event-driven Taylor.")
-    return mpmath.mpf(exact.p) / exact.q if exact.is_Rational else mpmath.mpf(str(sympy.N(exact, DIGITS)))
+    return (
+        mpmath.mpf(exact.p) / exact.q if isinstance(exact, sympy.Rational) else mpmath.mpf(str(sympy.N(exact, DIGITS)))
+    )

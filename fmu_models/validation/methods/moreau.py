@@ -22,6 +22,7 @@ from typing import Any, Literal, final
 import numpy as np
 import sympy
 
+from fmu_models.base.arrays import Vector
 from fmu_models.language.contact_dynamics import ContactDynamics
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import (
@@ -86,10 +87,10 @@ class _Stepping:
             [*(c.slip for c in equations.contacts), *system.W, *system.G, *(c.restitution for c in equations.contacts)]
         )
         self._mu = equations.function([c.friction for c in equations.contacts])
-        self._fields: dict[Mode, Callable[[float, Any], Any]] = {}
-        self._limits: dict[Mode, Callable[[float, Any], Any]] = {}
+        self._fields: dict[Mode, Callable[[float, Any], list[float]]] = {}
+        self._limits: dict[Mode, Callable[[float, Any], list[float]]] = {}
 
-    def run(self, problem: MethodProblem, fraction: float) -> tuple[Any, tuple[SwitchEvent, ...], int]:
+    def run(self, problem: MethodProblem, fraction: float) -> tuple[Vector, tuple[SwitchEvent, ...], int]:
         """All steps, each ``part`` of the run."""
         count = max(1, round(1.0 / fraction))
         h = problem.stop_time / count
@@ -104,7 +105,7 @@ class _Stepping:
             history.add(t + h, mode, active, impulses, slipping)
         return z, tuple(history.switches), count
 
-    def _sides(self, t: float, z: Any, h: float) -> tuple[Mode, list[int]]:
+    def _sides(self, t: float, z: Vector, h: float) -> tuple[Mode, list[int]]:
         """States of stops and regions at the middle of the step, and the contacts that may carry an impulse."""
         middle = z.copy()
         middle[: self.n_q] += h / 2 * z[self.n_q : 2 * self.n_q]
@@ -128,7 +129,7 @@ class _Stepping:
                 active += [i] if c.sticks else []
         return tuple(mode), active
 
-    def _functions(self, mode: Mode) -> tuple[Callable[[float, Any], Any], Callable[[float, Any], Any]]:
+    def _functions(self, mode: Mode) -> tuple[Callable[[float, Any], list[float]], Callable[[float, Any], list[float]]]:
         """Rates and their Jacobian without the forces of friction; the friction that each contact could carry."""
         if mode not in self._fields:
             equations = self.equations
@@ -149,7 +150,9 @@ class _Stepping:
             self._limits[mode] = equations.function(limits)
         return self._fields[mode], self._limits[mode]
 
-    def _step(self, t: float, z: Any, h: float, mode: Mode, active: list[int], last: Any) -> tuple[Any, Any, list[int]]:
+    def _step(
+        self, t: float, z: Vector, h: float, mode: Mode, active: list[int], last: Vector
+    ) -> tuple[Vector, Vector, list[int]]:
         """One step: state, impulses (n_contacts,), and the contacts whose friction is at its limit."""
         theta, n_q, n_v, size = self.theta, self.n_q, self.n_v, z.size
         field, limits = self._functions(mode)
@@ -178,7 +181,7 @@ class _Stepping:
         new[:n_q] = z[:n_q] + h / 2 * (velocities[0] + velocities[1])
         return new, impulses, slipping
 
-    def _gradient(self, t: float, z: Any, active: list[int], size: int) -> Any:
+    def _gradient(self, t: float, z: Vector, active: list[int], size: int) -> Vector:
         """dy/dz of the velocities for the active contacts; slips are affine in them."""
         if not hasattr(self, "_slopes"):
             slips = [sympy.sympify(c.slip) for c in self.equations.contacts]
@@ -190,9 +193,9 @@ class _Stepping:
         return gradient
 
     def _project(
-        self, active: list[int], G: Any, before: Any, after: Any, e: Any, limits: Any, t: float, z: Any, h: float,
-        last: Any,
-    ) -> tuple[Any, list[int]]:  # fmt: skip
+        self, active: list[int], G: Vector, before: Vector, after: Vector, e: Vector,
+        limits: Callable[[float, Any], list[float]], t: float, z: Vector, h: float, last: Vector,
+    ) -> tuple[Vector, list[int]]:  # fmt: skip
         """Impulses by projected Gauss-Seidel iteration, and the friction contacts at their limit."""
         contacts = self.equations.contacts
         position = {i: k for k, i in enumerate(active)}
@@ -239,7 +242,7 @@ class _History:
         self.count = [0] * len(self.contacts)
         self.switches: list[SwitchEvent] = []
 
-    def add(self, t: float, mode: Mode, active: list[int], impulses: Any, slipping: list[int]) -> None:
+    def add(self, t: float, mode: Mode, active: list[int], impulses: Vector, slipping: list[int]) -> None:
         """Take in the step that ends at t."""
         states = []
         for i, contact in enumerate(self.contacts):

@@ -5,11 +5,11 @@ SciPy has no such method; it is here because the switch model was published with
 """
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
+from fmu_models.base.arrays import Vector
 from fmu_models.validation.methods.result import NotTreated
 
 NODES = (0.0, 1 / 4, 3 / 8, 12 / 13, 1.0, 1 / 2)
@@ -26,11 +26,13 @@ ERROR = FIFTH - np.array([25 / 216, 0.0, 1408 / 2565, 2197 / 4104, -1 / 5, 0.0])
 SMALLEST = 1e-15  # of the run: a step below it leads nowhere
 MOST = 3_000_000  # steps: a method that chatters must not hang
 
-Field = Callable[[float, Any], Any]
-Step = tuple[float, float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+Field = Callable[[float, Vector], ArrayLike]
+Step = tuple[float, float, Vector, Vector, Vector, Vector]
 
 
-def steps(field_at: Callable[[float, Any], Field], z: Any, stop: float, tolerance: float, size: Any) -> Iterator[Step]:
+def steps(
+    field_at: Callable[[float, Vector], Field], z: Vector, stop: float, tolerance: float, size: Vector
+) -> Iterator[Step]:
     """Accepted steps (t0, t1, z0, z1, f0, f1) from time 0 on.
 
     Args:

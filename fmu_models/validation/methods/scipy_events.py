@@ -13,7 +13,8 @@ from typing import Any, Literal, final
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from fmu_models.validation.methods.equations import Equations, Mode
+from fmu_models.base.arrays import Vector
+from fmu_models.validation.methods.equations import Equations, Mode, Number, State
 from fmu_models.validation.methods.result import (
     MethodProblem,
     MethodRun,
@@ -25,6 +26,7 @@ from fmu_models.validation.methods.result import (
 from fmu_models.validation.methods.switching import Run
 
 FINEST = 2.3e-14  # scipy's smallest relative tolerance
+_Function = Callable[[float, list[float]], list[float]]
 
 
 @final
@@ -77,7 +79,7 @@ class _ScipyStepper:
             for watch in self.run.watches(mode):
                 value = self.run.equations.function([watch.expression])
 
-                def event(t: float, z: Any, value: Any = value) -> float:
+                def event(t: float, z: Vector, value: _Function = value) -> float:
                     return value(t, z.tolist())[0]
 
                 event.terminal, event.direction = True, -1  # pyright: ignore[reportFunctionMemberAccess]
@@ -87,10 +89,10 @@ class _ScipyStepper:
             self._kept[mode] = rates, events
         return self._kept[mode]
 
-    def _counted(self, field: Any) -> Any:
+    def _counted(self, field: _Function) -> Callable[[float, Vector], list[float]]:
         """A right-hand side that gives up."""
 
-        def counted(t: float, z: Any) -> Any:
+        def counted(t: float, z: Vector) -> list[float]:
             self.called += 1
             if self.called > self.most:
                 raise TooLong(f"{self.solver} takes more than {self.most:g} right-hand sides. Choose a shorter run.")
@@ -98,7 +100,7 @@ class _ScipyStepper:
 
         return counted
 
-    def advance(self, mode: Mode, t: float, z: Any, stop: float) -> tuple[float, Any, int | None]:
+    def advance(self, mode: Mode, t: Number, z: State, stop: Number) -> tuple[Number, State, int | None]:
         """Until an event or the end."""
         if t >= stop:
             return t, z, None

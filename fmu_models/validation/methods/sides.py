@@ -5,6 +5,7 @@ from typing import Any
 
 from scipy.optimize import brentq
 
+from fmu_models.base.arrays import Vector
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, SwitchEvent
 
@@ -30,11 +31,11 @@ class Sides:
         self.switches: list[SwitchEvent] = []
         self.states: list[int] = []
 
-    def read(self, t: float, z: Any) -> tuple[list[float], list[float], list[float]]:
+    def read(self, t: float, z: Vector | list[float]) -> tuple[list[float], list[float], list[float]]:
         """Slips, depths and release functions of all contacts, each a list (n_contacts,)."""
         return self._read(t, z)
 
-    def begin(self, t: float, z: Any) -> None:
+    def begin(self, t: float, z: Vector) -> None:
         """States at the start, without stick."""
         self.switches = []
         slips, depths, releases = self.read(t, z)

@@ -20,6 +20,7 @@ from typing import Any, Literal, final
 import sympy
 from scipy.integrate import solve_ivp
 
+from fmu_models.language.contact_dynamics import ContactDynamics
 from fmu_models.validation.methods.equations import Equations
 from fmu_models.validation.methods.result import MethodProblem, MethodRun, NotTreated, needs_steady_inputs, timed
 from fmu_models.validation.methods.sides import Sides
@@ -94,7 +95,7 @@ class Smoothing:
             forces.append(force)
         return equations.rates_under(forces, signs)
 
-    def _check(self, contact: Any) -> None:
+    def _check(self, contact: ContactDynamics) -> None:
         if contact.kind.rigid:
             raise NotTreated(
                 f"'{contact.name}' is rigid: velocities jump there, which no smooth right-hand side does. "

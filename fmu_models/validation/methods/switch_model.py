@@ -27,6 +27,7 @@ from typing import Any, Literal, final
 import sympy
 from scipy.interpolate import CubicHermiteSpline
 
+from fmu_models.base.arrays import Vector
 from fmu_models.validation.methods.equations import HALF, Equations, Mode
 from fmu_models.validation.methods.result import (
     CLOSED,
@@ -99,7 +100,7 @@ def _run(model: _Bands, sides: Sides, problem: MethodProblem, tolerance: float, 
     for t0, t1, z0, z1, f0, f1 in steps(choose, z, problem.stop_time, tolerance, problem.nominal):
         spline: list[Any] = []
 
-        def between(t: float, a=t0, b=t1, y0=z0, y1=z1, g0=f0, g1=f1, curve=spline) -> Any:
+        def between(t: float, a=t0, b=t1, y0=z0, y1=z1, g0=f0, g1=f1, curve=spline) -> Vector:
             if t == b:
                 return y1
             if not curve:
@@ -120,23 +121,23 @@ class _Bands:
         self.evaluations = 0
         self._stick: dict[Mode, Callable[[float, Any], list[float]]] = {}
 
-    def field(self, t: float, z: Any) -> list[float]:
+    def field(self, t: float, z: Vector) -> list[float]:
         """z' by the mode at this very place."""
         self.evaluations += 1
         values = z.tolist()
         return self.equations.field(self.mode(t, values))(t, values)
 
-    def frozen_field(self, t: float, z: Any) -> Callable[[float, Any], list[float]]:
+    def frozen_field(self, t: float, z: Vector) -> Callable[[float, Vector], list[float]]:
         """The field of the mode at the begin of a step, wherever the step leads."""
         field = self.equations.field(self.mode(t, z.tolist()))
 
-        def kept(t: float, z: Any) -> list[float]:
+        def kept(t: float, z: Vector) -> list[float]:
             self.evaluations += 1
             return field(t, z.tolist())
 
         return kept
 
-    def mode(self, t: float, z: Any) -> Mode:
+    def mode(self, t: float, z: Vector | list[float]) -> Mode:
         """States of the contacts, HALF in a band that is crossed."""
         eta = self.eta
         mode = []
@@ -155,7 +156,7 @@ class _Bands:
                 mode.append(HALF)
         return self._settled(mode, inside, t, z) if inside else tuple(mode)
 
-    def _settled(self, mode: list[int], inside: list[int], t: float, z: Any) -> Mode:
+    def _settled(self, mode: list[int], inside: list[int], t: float, z: Vector | list[float]) -> Mode:
         """Stick where the forces suffice, else a transition to the side that they cannot prevent."""
         for _ in range(len(inside) + 1):
             key = tuple(mode)

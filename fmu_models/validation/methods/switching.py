@@ -21,11 +21,13 @@ bounces, stick shared by contacts.
 """
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from fmu_models.validation.methods.equations import Equations, Mode, first_mode
+import sympy
+
+from fmu_models.validation.methods.equations import Equations, Mode, Number, State, first_mode
 from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, NotTreated, SwitchEvent
 
 REST = 1e-12
@@ -42,7 +44,7 @@ class Watch:
 
     i: int
     what: str
-    expression: Any
+    expression: sympy.Expr
 
 
 class SwitchStepper(Protocol):
@@ -53,7 +55,7 @@ class SwitchStepper(Protocol):
         """Right-hand sides so far."""
         ...
 
-    def advance(self, mode: Mode, t: Any, z: Any, stop: Any) -> tuple[Any, Any, int | None]:
+    def advance(self, mode: Mode, t: Number, z: State, stop: Number) -> tuple[Number, State, int | None]:
         """Time and state there, and the index of the watch that fell; None at ``stop``."""
         ...
 
@@ -96,7 +98,7 @@ class Run:
         self.contacts = equations.contacts
         self.switches: list[SwitchEvent] = []
         self._modules = modules
-        self._kept: dict[Any, Callable[[Any, Any], list[Any]]] = {}
+        self._kept: dict[Hashable, Callable[[Any, Any], list[Any]]] = {}
         self._watches: dict[Mode, list[Watch]] = {}
         self._refuse_friction()
 
@@ -113,13 +115,15 @@ class Run:
             self._watches[mode] = watches(self.equations, mode)
         return self._watches[mode]
 
-    def values(self, key: Any, expressions: Callable[[], list[Any]], t: Any, z: Any) -> list[Any]:
+    def values(self, key: Hashable, expressions: Callable[[], list[Any]], t: Number, z: State) -> list[Any]:
         """Values of expressions, compiled under a key."""
         if key not in self._kept:
             self._kept[key] = self.equations.function(expressions(), self._modules)
         return self._kept[key](t, z)
 
-    def to(self, stepper: SwitchStepper, z: Any, stop: Any, progress: Callable[[float], None] | None = None) -> Any:
+    def to(
+        self, stepper: SwitchStepper, z: State, stop: Number, progress: Callable[[float], None] | None = None
+    ) -> State:
         """The state at ``stop``; ``switches`` holds what happened.
 
         Raises:
@@ -143,7 +147,7 @@ class Run:
                 progress(float(t / stop))
         raise NotTreated(f"more than {MOST} events by {float(t):g} s. {BETTER}")
 
-    def _begin(self, t: Any, z: Any) -> tuple[Mode, Any]:
+    def _begin(self, t: Number, z: State) -> tuple[Mode, State]:
         """Contact states at the start: by their sides, and where those tie by consistency."""
         mode = first_mode(self.equations, z)
         depths = self.values("depths", lambda: [c.depth if c.depth is not None else 1 for c in self.contacts], t, z)
@@ -163,16 +167,16 @@ class Run:
             return self._settle(mode, t, z, {})
         return mode, z
 
-    def _slips(self, t: Any, z: Any) -> list[Any]:
+    def _slips(self, t: Number, z: State) -> list[Any]:
         return self.values("slips", lambda: [c.slip for c in self.contacts], t, z)
 
-    def _forces(self, mode: Mode, t: Any, z: Any) -> list[Any]:
+    def _forces(self, mode: Mode, t: Number, z: State) -> list[Any]:
         return self.values(("forces", mode), lambda: list(self.equations.forces(mode)), t, z)
 
-    def _watched(self, mode: Mode, t: Any, z: Any) -> list[Any]:
+    def _watched(self, mode: Mode, t: Number, z: State) -> list[Any]:
         return self.values(("watches", mode), lambda: [w.expression for w in self.watches(mode)], t, z)
 
-    def _after_all(self, mode: Mode, fell: Watch, t: Any, z: Any, stop: Any) -> tuple[Mode, Any]:
+    def _after_all(self, mode: Mode, fell: Watch, t: Number, z: State, stop: Number) -> tuple[Mode, State]:
         """Mode and state after an event and all others at the same time, one after the other."""
         done: set[int] = set()
         due: Watch | None = fell
@@ -184,7 +188,7 @@ class Run:
             due = self._due(mode, done, t, z, stop)
         return mode, z
 
-    def _due(self, mode: Mode, done: set[int], t: Any, z: Any, stop: Any) -> Watch | None:
+    def _due(self, mode: Mode, done: set[int], t: Number, z: State, stop: Number) -> Watch | None:
         """A watched function of another contact that is zero now and about to be negative."""
         watched = self._watched(mode, t, z)
         step = LOOK_AHEAD * stop
@@ -195,7 +199,7 @@ class Run:
                 return watch
         return None
 
-    def _after(self, mode: Mode, fell: Watch, t: Any, z: Any) -> tuple[Mode, Any]:
+    def _after(self, mode: Mode, fell: Watch, t: Number, z: State) -> tuple[Mode, State]:
         """Mode and state after one event."""
         i, contact = fell.i, self.contacts[fell.i]
         after = list(mode)
@@ -231,12 +235,12 @@ class Run:
         self._note(t, mode, next_mode, i if fell.what == "collide" and next_mode[i] == OPEN else None)
         return next_mode, z
 
-    def _note(self, t: Any, before: Mode, after: Mode, bounced: int | None) -> None:
+    def _note(self, t: Number, before: Mode, after: Mode, bounced: int | None) -> None:
         for j, (old, new) in enumerate(zip(before, after, strict=True)):
             if old != new or j == bounced:
                 self.switches.append(SwitchEvent(float(t), self.contacts[j].name, old, new))
 
-    def _settle(self, mode: Mode, t: Any, z: Any, forced: dict[int, int]) -> tuple[Mode, Any]:
+    def _settle(self, mode: Mode, t: Number, z: State, forced: dict[int, int]) -> tuple[Mode, State]:
         """States of all contacts without slip that are consistent with each other; slips set to zero."""
         slips = self._slips(t, z)
         scale = max(1.0, *(abs(float(s)) for s in slips))
@@ -260,7 +264,7 @@ class Run:
                     raise
         raise NotTreated(f"at {float(t):g} s no states of the contacts without slip fit together. {BETTER}")
 
-    def _consistent(self, mode: Mode, zero: list[int], forced: dict[int, int], t: Any, z: Any) -> bool:
+    def _consistent(self, mode: Mode, zero: list[int], forced: dict[int, int], t: Number, z: State) -> bool:
         forces = self._forces(mode, t, z)
 
         def expressions() -> list[Any]:
@@ -281,7 +285,7 @@ class Run:
                 return False
         return True
 
-    def _project(self, j: int, t: Any, z: Any) -> Any:
+    def _project(self, j: int, t: Number, z: State) -> State:
         """The state with the slip of one contact set to zero."""
         n, system = len(self.equations.system.coordinates), self.equations.system
 
@@ -294,7 +298,7 @@ class Run:
             moved[n + i] -= w * y / G
         return type(z)(moved) if isinstance(z, list) else _like(z, moved)
 
-    def _collide(self, mode: Mode, i: int, t: Any, z: Any) -> tuple[Mode, Any]:
+    def _collide(self, mode: Mode, i: int, t: Number, z: State) -> tuple[Mode, State]:
         contact, system = self.contacts[i], self.equations.system
         for j, c in enumerate(self.contacts):
             if j != i and c.kind.impulsive and mode[j] == CLOSED and system.G[i, j] != 0:
@@ -318,20 +322,20 @@ class Run:
                 return closed, z
         return mode, z
 
-    def _jump(self, i: int, t: Any, z: Any) -> Any:
+    def _jump(self, i: int, t: Number, z: State) -> State:
         reset = self.contacts[i].reset
         states = self.equations.system.states
         new = self.values(("reset", i), lambda: [reset.get(s, s) for s in states], t, z)
         return _like(z, [*new, *list(z)[len(states) :]])
 
-    def _remember(self, i: int, t: Any, z: Any) -> Any:
+    def _remember(self, i: int, t: Number, z: State) -> State:
         memory = self.equations.n + self.equations.memories.index(i)
         moved = list(z)
         moved[memory] = self._slips(t, z)[i]
         return _like(z, moved)
 
 
-def _like(z: Any, values: list[Any]) -> Any:
+def _like(z: State, values: list[Any]) -> State:
     """The values in the kind of array that z is."""
     import numpy as np
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fmu_models.codegen.package import variant
+from fmu_models.language.contacts import Contact
 from fmu_models.language.quantities import Input, InternalState, Parameter
 from fmu_models.lowering.lower import lower
 from fmu_models.scene.reduce import reduced
@@ -62,7 +63,7 @@ def left_out(scene: Scene) -> tuple[LeftOut, ...]:
     return tuple(omissions)
 
 
-def _symbols(contact: Any) -> set[Any]:
+def _symbols(contact: Contact) -> set[Any]:
     """What belongs to a contact: its parameters, inputs, internal states and what outputs show of it."""
     quantities = {s for s in contact.symbols if isinstance(s, Parameter | Input | InternalState)}
     return quantities | set(contact.shown) | {getattr(contact, "reaction", None)} - {None}

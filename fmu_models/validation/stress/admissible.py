@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.language.contact_kinds import AWAY, CHATTERING, RELEASED, SLIP_MINUS, SLIP_PLUS, STICK, TOUCHING
 from fmu_models.validation.stress.equations import NUDGE, ROUNDINGS, Columns, StressEquations, StressFindings
@@ -70,7 +70,7 @@ class _Contact:
             rounding = rounding + ROUNDINGS * self.gross_speed
         return np.sign(value) * np.maximum(np.abs(value) - rounding, 0.0) / (scale if scale > 0 else 1.0)
 
-    def _where(self, states: tuple[int, ...], wrong: Any) -> NDArray:
+    def _where(self, states: tuple[int, ...], wrong: NDArray) -> NDArray:
         return np.where(np.isin(self.state, states), wrong, 0.0)
 
     def _law(self, states: tuple[int, ...]) -> NDArray:
@@ -82,7 +82,7 @@ class _Contact:
         size = np.maximum(np.abs(law), np.abs(force))
         return self._where(states, (np.abs(force - law) - rounding) / np.where(size > 0, size, 1.0))
 
-    def _capacity(self, plus: Any, minus: Any) -> NDArray:
+    def _capacity(self, plus: ArrayLike, minus: ArrayLike) -> NDArray:
         """By how much a force in stick exceeds what holds it, for either sign of lambda."""
         reported = -self.columns[f"{self.contact.name}_force"]
         force, capacity = np.abs(reported), np.where(reported > 0, plus, minus)

@@ -1,5 +1,6 @@
 """What a declaration promises beside its equations: mirrored motions, and areas that impacts shrink by e squared."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 import sympy
 
 from fmu_models.language.contact_kinds import AWAY
+from fmu_models.language.contacts import Contact
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
 from fmu_models.simulation.sensitivity import flow_derivative
@@ -105,7 +107,7 @@ def _phases(model: Mechanism) -> list[Parameter]:
 
 
 def _is_odd(model: Mechanism, change: dict[Any, Any]) -> bool:
-    def same(a: Any, b: Any) -> bool:
+    def same(a: sympy.Expr, b: sympy.Expr) -> bool:
         return sympy.expand(sympy.sympify(a).xreplace(change) - sympy.sympify(b)) == 0
 
     energies = (model.kinetic_energy, model.potential_energy, model.dissipation)
@@ -119,7 +121,7 @@ def _is_odd(model: Mechanism, change: dict[Any, Any]) -> bool:
     return all(_has_twin(model, contact, same) for contact in model.contacts if contact not in model.frictions)
 
 
-def _has_twin(model: Mechanism, contact: Any, same: Any) -> bool:
+def _has_twin(model: Mechanism, contact: Contact, same: Callable[[Any, Any], bool]) -> bool:
     """Whether the mirror makes another contact of the model from a stop or rigid contact."""
     for twin in model.contacts:
         if twin.kind is contact.kind and same(contact.place, twin.place):

@@ -7,16 +7,20 @@ its parameters are. A scaled model has the same roles, though all its units are 
 """
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import sympy
 
 from fmu_models.language.automaton import Automaton
+from fmu_models.language.contacts import Contact
 from fmu_models.language.impacts import Impact
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Parameter
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 Model = Mechanism | Automaton
 
@@ -89,16 +93,16 @@ def _of_body(model: Mechanism) -> Iterator[ParameterRole]:
         yield from _of_expression(force, (*model.coordinates, *velocities), "body", "field")
 
 
-def _kind(contact: Any) -> str:
+def _kind(contact: Contact) -> str:
     return "friction" if contact.kind.rubs else "impact" if contact.kind.rigid else "stop"
 
 
-def _of_value(value: Any, does: str, kind: str) -> Iterator[ParameterRole]:
+def _of_value(value: object, does: str, kind: str) -> Iterator[ParameterRole]:
     if isinstance(value, Parameter):
         yield ParameterRole(value.name, does, kind)
 
 
-def _of_law(law: Any, kind: str) -> Iterator[ParameterRole]:
+def _of_law(law: "DataclassInstance | type[DataclassInstance]", kind: str) -> Iterator[ParameterRole]:
     for field in dataclasses.fields(law):
         value = getattr(law, field.name)
         if isinstance(value, Parameter):
@@ -107,7 +111,9 @@ def _of_law(law: Any, kind: str) -> Iterator[ParameterRole]:
             yield from _of_law(value, kind)
 
 
-def _of_expression(expression: sympy.Expr, states: Any, kind: str, default_role: str) -> Iterator[ParameterRole]:
+def _of_expression(
+    expression: sympy.Expr, states: Sequence[sympy.Symbol], kind: str, default_role: str
+) -> Iterator[ParameterRole]:
     """Amplitudes and frequencies of functions of time; ``rest`` are parameters that no state is multiplied by."""
     for term in sympy.Add.make_args(sympy.expand(expression)):
         waves = [f for f in term.atoms(sympy.Function) if f.has(TIME)]
@@ -125,7 +131,7 @@ def _of_expression(expression: sympy.Expr, states: Any, kind: str, default_role:
                 yield ParameterRole(symbol.name, "field" if default_role == "rate" else default_role, kind)
 
 
-def _with_states(term: sympy.Expr, states: Any, *, flow: bool) -> str:
+def _with_states(term: sympy.Expr, states: Sequence[sympy.Symbol], *, flow: bool) -> str:
     """What a factor of states does: a rate in a flow; in an energy a stiffness, or a field if it is linear."""
     if flow:
         return "rate"
@@ -133,5 +139,5 @@ def _with_states(term: sympy.Expr, states: Any, *, flow: bool) -> str:
     return "stiffness" if curved else "field"
 
 
-def _parameters(expression: Any) -> list[Parameter]:
+def _parameters(expression: sympy.Basic | sympy.MatrixBase) -> list[Parameter]:
     return sorted((s for s in expression.free_symbols if isinstance(s, Parameter)), key=lambda s: s.declared)

@@ -11,13 +11,14 @@ import importlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any, Literal, final
 
 import numpy as np
 import sympy
 
 from fmu_models.language.quantities import TIME
-from fmu_models.validation.methods.equations import Equations, Mode
+from fmu_models.validation.methods.equations import Equations, Mode, Number, State
 from fmu_models.validation.methods.result import (
     MethodProblem,
     MethodRun,
@@ -81,7 +82,7 @@ class HeyokaTaylor:
         return make
 
 
-def _converted(heyoka: Any, expression: Any, table: dict[Any, Any]) -> Any:
+def _converted(heyoka: ModuleType, expression: sympy.Basic, table: dict[Any, Any]) -> Any:
     """heyoka's expression; whole powers as products, since the series of a power of zero is not a number."""
     powers = [p for p in expression.atoms(sympy.Pow) if p.exp.is_Integer and 1 < p.exp < 10]
     if not powers:
@@ -96,7 +97,7 @@ def _converted(heyoka: Any, expression: Any, table: dict[Any, Any]) -> Any:
 
 
 class _HeyokaStepper:
-    def __init__(self, heyoka: Any, run: Run, tolerance: float, extended: bool, most: int) -> None:
+    def __init__(self, heyoka: ModuleType, run: Run, tolerance: float, extended: bool, most: int) -> None:
         self.heyoka, self.run, self.tolerance, self.extended, self.most = heyoka, run, tolerance, extended, most
         self.evaluations = self.steps = 0
         self._kept: dict[Mode, Any] = {}
@@ -112,7 +113,7 @@ class _HeyokaStepper:
         plain = dict(zip(equations.symbols, symbols, strict=True)) | {TIME: sympy.Symbol("t")}
         table = dict(zip(symbols, variables, strict=True)) | {plain[TIME]: hy.time}
 
-        def made(expression: Any) -> Any:
+        def made(expression: sympy.Expr) -> object:
             return _converted(hy, sympy.sympify(expression).xreplace(plain), table)
 
         falling = hy.event_direction.negative
@@ -127,7 +128,7 @@ class _HeyokaStepper:
         self._kept[mode] = made_one
         return made_one
 
-    def advance(self, mode: Mode, t: Any, z: Any, stop: Any) -> tuple[Any, Any, int | None]:
+    def advance(self, mode: Mode, t: Number, z: State, stop: Number) -> tuple[Number, State, int | None]:
         """Until an event or the end."""
         if t >= stop:
             return t, z, None

@@ -19,15 +19,23 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from fmu_models.base.errors import StickslipError
 
 if TYPE_CHECKING:
     import pandas
 
+    from fmu_models.base.arrays import Complex, Integers, Vector
 
-def frame_of(value: Any) -> pandas.DataFrame:
+
+class Tabled(Protocol):
+    """A value whose class names the columns of its table."""
+
+    COLUMNS: ClassVar[tuple[str, ...]]
+
+
+def frame_of(value: Tabled) -> pandas.DataFrame:
     """The table of a value, one row per entry of its columns.
 
     Raises:
@@ -51,7 +59,7 @@ def frame_of(value: Any) -> pandas.DataFrame:
     return pandas.DataFrame(columns, index=index)
 
 
-def _columns(value: Any, name: str, attribute: str) -> Iterator[tuple[str, Any]]:
+def _columns(value: Tabled, name: str, attribute: str) -> Iterator[tuple[str, Any]]:
     """Names and entries of the columns that one attribute makes."""
     numbers = _entries(value, attribute)
     if numbers is None:
@@ -68,7 +76,7 @@ def _columns(value: Any, name: str, attribute: str) -> Iterator[tuple[str, Any]]
             yield from _parts(name.replace(field[0], str(label)), numbers[:, i])
 
 
-def _entries(value: Any, attribute: str) -> Any:
+def _entries(value: Tabled, attribute: str) -> Any:
     """What an attribute holds, at a place along its second axis, or an attribute of each of its rows."""
     attribute, _, part = attribute.partition(".")
     entries = getattr(value, attribute)
@@ -77,7 +85,7 @@ def _entries(value: Any, attribute: str) -> Any:
     return entries[:, int(part)] if part.isdigit() else [getattr(entry, part) for entry in entries]
 
 
-def _parts(name: str, numbers: Any) -> Iterator[tuple[str, Any]]:
+def _parts(name: str, numbers: Vector | Complex | Integers) -> Iterator[tuple[str, Any]]:
     if numbers.dtype.kind == "c":
         yield f"{name}_real", numbers.real
         yield f"{name}_imag", numbers.imag

@@ -29,7 +29,7 @@ def exports(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]
     def offered() -> dict[str, str]:
         return _imports(Path(str(module.__file__)))
 
-    def get(name: str) -> Any:
+    def get(name: str) -> object:
         if name == "__all__":
             return sorted(offered())
         if name == "__version__":

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
 
@@ -50,7 +51,7 @@ class Formula:
         formula(dict.fromkeys(names, np.ones(1)))
         return formula
 
-    def __call__(self, values: Mapping[str, Any]) -> Any:
+    def __call__(self, values: Mapping[str, Any]) -> float | NDArray[Any]:
         """The formula's value; nan where it has none.
 
         Args:
@@ -62,7 +63,7 @@ class Formula:
         with np.errstate(all="ignore"):
             return self._value(ast.parse(self.text, mode="eval").body, values)
 
-    def _value(self, node: ast.AST, values: Mapping[str, Any]) -> Any:
+    def _value(self, node: ast.AST, values: Mapping[str, Any]) -> float | NDArray[Any]:
         if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
             return float(node.value)
         if isinstance(node, ast.Name) and node.id in _CONSTANTS:

@@ -11,10 +11,10 @@ from fmu_models.base.errors import StickslipError
 Value = TypeVar("Value")
 
 LARGEST = 2**63 - 1  # of counts: what arrays and other programs hold
-_WORDS = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
+_WORDS: dict[object, str] = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}
 
 
-def from_plain(kind: type[Value], plain: Any, label: str) -> Value:
+def from_plain(kind: type[Value], plain: object, label: str) -> Value:
     """An instance of a dataclass, with all that it holds.
 
     Args:
@@ -42,7 +42,7 @@ def from_plain(kind: type[Value], plain: Any, label: str) -> Value:
     return kind(**arguments)
 
 
-def _value(hint: Any, value: Any, label: str) -> Any:
+def _value(hint: object, value: object, label: str) -> object:
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
         inner, *others = (argument for argument in arguments if argument is not types.NoneType)
@@ -62,7 +62,7 @@ def _value(hint: Any, value: Any, label: str) -> Any:
     return _single(hint, value, label)
 
 
-def _single(hint: Any, value: Any, label: str) -> Any:
+def _single(hint: object, value: object, label: str) -> object:
     if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
         try:
             return float(value)
@@ -70,11 +70,11 @@ def _single(hint: Any, value: Any, label: str) -> Any:
             raise _fault(label, "a number of a size that numbers can have", "one of many digits") from None
     if type(value) is not hint:
         raise _fault(label, _WORDS[hint], value)
-    if hint is int and abs(value) > LARGEST:
+    if hint is int and isinstance(value, int) and abs(value) > LARGEST:
         raise _fault(label, "a whole number of a size that counts can have", "one of many digits")
     return value
 
 
-def _fault(label: str, expected: str, value: Any) -> StickslipError:
+def _fault(label: str, expected: str, value: object) -> StickslipError:
     text = repr(value)
     return StickslipError(f"{label} must be {expected}, found {text if len(text) < 60 else text[:60] + '...'}.")

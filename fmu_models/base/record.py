@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def record(value: Any) -> Any:
+def record(value: object) -> Any:
     """A value in dictionaries, lists, texts and numbers, which JSON can hold.
 
     ``RECORD`` lists attributes of a class: "name", or "key=name" where the key is another, and "key=part.name" of one
@@ -23,7 +23,7 @@ def record(value: Any) -> Any:
     if dataclasses.is_dataclass(value):
         return {field.name: record(getattr(value, field.name)) for field in dataclasses.fields(value) if field.compare}
     if hasattr(value, "tolist"):  # arrays and scalars of numpy, which need not be imported for this
-        return record(value.tolist())
+        return record(operator.methodcaller("tolist")(value))
     if isinstance(value, list | tuple | set | frozenset):
         return [record(inner) for inner in value]
     if isinstance(value, complex):
@@ -33,7 +33,7 @@ def record(value: Any) -> Any:
     return value
 
 
-def _attribute(value: Any, name: str) -> Any:
+def _attribute(value: object, name: str) -> object:
     member = operator.attrgetter(name)(value)
     return member() if callable(member) else member
 

@@ -21,6 +21,8 @@ from fmu_models.base.printable import in_line
 from fmu_models.base.record import record
 
 if TYPE_CHECKING:
+    from functools import _SingleDispatchCallable
+
     import pandas
     import xarray
     from matplotlib.axes import Axes
@@ -144,7 +146,7 @@ class Moving(Pictured):
 
 
 @singledispatch
-def draw(value: Any, axes: Axes) -> None:
+def draw(value: object, axes: Axes) -> None:
     """Draw a value in axes.
 
     Raises:
@@ -157,18 +159,18 @@ def draw(value: Any, axes: Axes) -> None:
 
 
 @singledispatch
-def tell(value: Any) -> str:
+def tell(value: object) -> str:
     """Everything a value says, as in a terminal; by default what it shows."""
     return repr(value)
 
 
 @singledispatch
-def move(value: Any) -> str:
+def move(value: object) -> str:
     """A frame in which a value moves, as HTML, or why there is none; by default nothing."""
     return ""
 
 
-def _view(function: Any, value: Pictured) -> Callable[..., Any]:
+def _view(function: _SingleDispatchCallable[Any], value: Pictured) -> Callable[..., Any]:
     from importlib import metadata  # takes a tenth of the start of a command that shows nothing
 
     for point in metadata.entry_points(group="stickslip.views", name=type(value).__module__.partition(".")[0]):
@@ -176,7 +178,7 @@ def _view(function: Any, value: Pictured) -> Callable[..., Any]:
     return function.dispatch(type(value))
 
 
-def brief(value: Any) -> str:
+def brief(value: object) -> str:
     """A value in few words."""
     import numpy as np
 

@@ -146,7 +146,7 @@ class Document:
                 raise self.fault(f"'{name}' must be a finite number, found {value!r}.", *keys, name)
         return {n: v if isinstance(v, str) else self.value(v, "1", *keys, n) for n, v in table.items()}
 
-    def values(self, raw: Any, unit: str, *keys: str | int) -> list[float]:
+    def values(self, raw: object, unit: str, *keys: str | int) -> list[float]:
         """A list of values; or as many as ``count``, evenly spaced, ``{ from = ..., to = ..., count = ... }``."""
         if isinstance(raw, list):
             return [self.value(entry, unit, *keys, i) for i, entry in enumerate(raw)]
@@ -165,7 +165,7 @@ class Document:
         step = (high - low) / (count - 1)
         return [*(i * step + low for i in range(count - 1)), high]
 
-    def value(self, raw: Any, unit: str, *keys: str | int) -> float:
+    def value(self, raw: object, unit: str, *keys: str | int) -> float:
         """A number, or a text of number and unit, in ``unit``.
 
         Raises:

@@ -16,11 +16,15 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import sealed_text
+
+if TYPE_CHECKING:
+    import pint
+    from pint.facets.plain import PlainQuantity, PlainUnit
 
 LONGEST = 100  # characters
 LARGEST_POWER = 12
@@ -38,7 +42,7 @@ _DEGREE_OR_GON = re.compile(r"\b[gG]rad\b")
 
 
 @lru_cache(maxsize=1024)
-def parse_unit(unit: str) -> Any:
+def parse_unit(unit: str) -> "PlainQuantity[float]":
     """A unit such as "N m/rad", "kg.m2", "m/s^2" or "1/min" as a pint quantity of one of it.
 
     Raises:
@@ -69,7 +73,7 @@ def base_units(unit: str) -> BaseUnits:
         ValueError: it is none; says what is wrong in it.
     """
 
-    def found() -> tuple[float, list[tuple[str, float]]]:
+    def found() -> tuple[float, list[tuple[str, Any]]]:
         base = parse_unit(unit).to_base_units()
         return float(base.magnitude), [(str(name), power) for name, power in base.unit_items()]
 
@@ -149,7 +153,7 @@ def known_units() -> tuple[str, ...]:
 
 
 @cache
-def _registry() -> Any:
+def _registry() -> "pint.UnitRegistry":
     """One pint registry per process: it takes long to make."""
     import pint
 
@@ -165,7 +169,7 @@ class _Reader:
         self._at = 0
         self._depth = 0
 
-    def read(self) -> Any:
+    def read(self) -> "PlainQuantity[float]":
         units = self._unit()
         if self._peek():
             raise ValueError(f"'{self._peek()}' is out of place in the unit '{self._text}'")
@@ -180,7 +184,7 @@ class _Reader:
             raise ValueError(f"the unit '{self._text}' is beyond the range of numbers")
         return quantity
 
-    def _unit(self) -> Any:
+    def _unit(self) -> "PlainUnit":
         unit = self._factor()
         while self._peek() and self._peek() != ")":
             divides = self._take("/")
@@ -190,7 +194,7 @@ class _Reader:
             unit = unit / factor if divides else unit * factor
         return unit
 
-    def _factor(self) -> Any:
+    def _factor(self) -> "PlainUnit":
         kind, text = self._next()
         if text == "(":
             self._depth += 1
@@ -273,7 +277,7 @@ def _tokens(text: str) -> list[tuple[str, str]]:
 
 
 @cache
-def _named(name: str) -> Any:
+def _named(name: str) -> "PlainUnit":
     """One unit by its name or symbol, with a prefix perhaps."""
     from pint import PintError
 

@@ -287,7 +287,7 @@ def _lever(system: HybridSystem, names: _Names) -> str:
     for i, contact in enumerate(system.contacts):
         symbols = contact.slip.free_symbols
         levers = [sympy.diff(contact.slip, v) for v in system.driven if v in symbols]
-        slopes = [system.G[i, i]] if contact.kind.surface and not system.inertia else levers
+        slopes: list[Any] = [system.G[i, i]] if contact.kind.surface and not system.inertia else levers
         ratios = [_part_left(sympy.sympify(slope), system, names.first) for slope in slopes if slope != 0]
         largest = ratios[0] if ratios else "0.0"
         for ratio in ratios[1:]:
@@ -309,7 +309,7 @@ def _kinetic_energy(system: HybridSystem) -> str:
     return f"double model_kinetic_energy(const Point *at)\n{{\n{body}}}\n"
 
 
-def _part_left(expression: Any, system: HybridSystem, values: Mapping[Any, str]) -> str:
+def _part_left(expression: sympy.Expr, system: HybridSystem, values: Mapping[Any, str]) -> str:
     """An expression in parts of its terms, and of how it would change over the typical magnitudes of the states."""
     if not expression.free_symbols:
         return "1.0"
@@ -323,7 +323,7 @@ def _part_left(expression: Any, system: HybridSystem, values: Mapping[Any, str])
     return f"fabs({c_expression(expression, values)}) / fmax({' + '.join(scale)}, DBL_MIN)"
 
 
-def _magnitude_of(expression: Any, values: Mapping[Any, str]) -> str:
+def _magnitude_of(expression: sympy.Basic, values: Mapping[Any, str]) -> str:
     """The C of an expression without the cancellation in its sums: each is that of the magnitudes of its terms."""
     if isinstance(expression, sympy.Add):
         return "(" + " + ".join(_magnitude_of(term, values) for term in expression.args) + ")"

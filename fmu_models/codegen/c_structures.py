@@ -11,7 +11,10 @@ import re
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from _ctypes import _SimpleCData
 
 _ROOT = Path(__file__).parents[1]
 _COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
@@ -32,7 +35,7 @@ class Declarations:
         self.headers = headers
         self._bodies: dict[str, str] = {}
         self._enumerations: dict[str, dict[str, int]] = {}
-        self._structures: dict[str, Any] = {}
+        self._structures: dict[str, type[ctypes.Structure]] = {}
         self._constants: dict[str, int] = {}
         for header in headers:
             text = _COMMENT.sub(" ", (_ROOT / header).read_text("utf-8"))
@@ -55,7 +58,7 @@ class Declarations:
             raise ValueError(f"'{odd[0]}' of {enumeration} does not begin with {prefix}")
         return SimpleNamespace(**{n.removeprefix(prefix): v for n, v in constants.items() if n.startswith(prefix)})
 
-    def structure(self, name: str) -> Any:
+    def structure(self, name: str) -> type[ctypes.Structure]:
         """The ctypes.Structure of a name; its pointers are void pointers.
 
         Raises:
@@ -84,7 +87,7 @@ class Declarations:
                 raise ValueError(f"'{declared[3]}' in {structure} is no number that these headers tell") from None
         return fields
 
-    def _kind(self, name: str, structure: str) -> Any:
+    def _kind(self, name: str, structure: str) -> "type[_SimpleCData[Any] | ctypes.Structure]":
         if name in self._enumerations:
             return ctypes.c_int
         if name in self._bodies and name != structure:

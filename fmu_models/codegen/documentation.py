@@ -16,6 +16,11 @@ from fmu_models.lowering.equations import Line, of_contact, outputs, rates, stat
 from fmu_models.toolchain.compiler import compiler_for
 
 if TYPE_CHECKING:
+    from xml.dom.minidom import Element
+
+    from markupsafe import Markup
+    from sympy.printing.mathml import MathMLPresentationPrinter
+
     from fmu_models.codegen.model_structure import ModelStructure
     from fmu_models.lowering.hybrid_system import HybridSystem
 
@@ -79,14 +84,14 @@ def _terminals(structure: ModelStructure) -> list[tuple[Any, list[tuple[str, str
     return terminals
 
 
-def _printed(line: Line | Iterable[Any]) -> Any:
+def _printed(line: Line | Iterable[Any]) -> Markup:
     """MathML of expressions, with the words between them."""
     from markupsafe import Markup, escape
 
     return Markup("").join(escape(item) if isinstance(item, str) else Markup(_math(item)) for item in line)
 
 
-def _math(expression: Any) -> str:
+def _math(expression: sympy.Basic) -> str:
     expression = sympy.sympify(expression)
     operations = expression.count_ops()
     if operations > _LARGEST_EXPRESSION:
@@ -95,11 +100,11 @@ def _math(expression: Any) -> str:
 
 
 @cache
-def _printer() -> Any:
+def _printer() -> MathMLPresentationPrinter:
     from sympy.printing.mathml import MathMLPresentationPrinter
 
     class Printer(MathMLPresentationPrinter):
-        def _print_Symbol(self, sym: Any, style: str = "plain") -> Any:
+        def _print_Symbol(self, sym: sympy.Symbol, style: str = "plain") -> Element:
             """A name; a rate has a dot above."""
             plain: Any = super()._print_Symbol(sympy.Symbol(sym.name.removesuffix("'")), style)
             if not sym.name.endswith("'"):

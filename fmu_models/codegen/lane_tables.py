@@ -99,12 +99,12 @@ class _Tables:
         self.step = sorted(self._closure())
         self.guards = [(c, slot) for c, contact in enumerate(contacts) for slot in _slots(contact)]
 
-    def _row(self, expression: Any) -> tuple[Any, ...]:
+    def _row(self, expression: sympy.Basic) -> tuple[Any, ...]:
         row = self.lifted.row(expression)
         assert row is not None  # an obstacle otherwise
         return row
 
-    def _law(self, contact: ContactDynamics, expression: Any) -> tuple[Any, ...]:
+    def _law(self, contact: ContactDynamics, expression: sympy.Basic) -> tuple[Any, ...]:
         """Factors of depth and rate, and the rest."""
         depth, rate = contact.depth_symbol, contact.slip_symbol
         row = self.lifted.row(expression, *(() if depth is None else (depth,)), rate)
@@ -361,7 +361,7 @@ def _filled(row: Sequence[Any]) -> list[int]:
     return [j for j, entry in enumerate(row[:-1]) if entry != 0]
 
 
-def _inlined(contact: ContactDynamics, expression: Any, slip: Any) -> Any:
+def _inlined(contact: ContactDynamics, expression: sympy.Basic, slip: sympy.Expr) -> sympy.Basic:
     """A law of friction at a slip speed."""
     return sympy.sympify(expression).xreplace({contact.slip_symbol: slip})
 

@@ -119,7 +119,7 @@ def _run(text: str) -> list[LawFunctions]:
     return space["made"]
 
 
-def _text(reference: str, law: Any) -> str:
+def _text(reference: str, law: type[Any]) -> str:
     """Python text that appends the functions of a law to ``made``.
 
     Raises:
@@ -173,7 +173,7 @@ def _text(reference: str, law: Any) -> str:
     )
 
 
-def _by_itself(reference: str, law: Any) -> tuple[Any, sympy.Symbol, sympy.Symbol]:
+def _by_itself(reference: str, law: type[Any]) -> tuple[Any, sympy.Symbol, sympy.Symbol]:
     """A law with parameters of its own under a load N at a slip speed v; and both.
 
     Raises:

@@ -1,7 +1,5 @@
 """The rule of a map as C: the operations in the order in which NumPy makes those of the declared map."""
 
-from typing import Any
-
 import sympy
 from sympy.printing.c import C99CodePrinter
 
@@ -24,16 +22,16 @@ class _Printer(C99CodePrinter):
         super().__init__({"math_macros": {}})  # M_PI_2 and its like are no part of C99
         self._names = names
 
-    def _print_Symbol(self, expr: Any) -> str:
+    def _print_Symbol(self, expr: sympy.Symbol) -> str:
         return self._names.get(expr) or str(expr.name)
 
     # SymPy's own printers take what is called a Quantity for a physical unit
     _print_Quantity = _print_Symbol
 
-    def _print_NumberSymbol(self, expr: Any) -> str:
+    def _print_NumberSymbol(self, expr: sympy.NumberSymbol) -> str:
         return c_number(expr)
 
-    def _print_Pow(self, expr: Any) -> str:
+    def _print_Pow(self, expr: sympy.Pow) -> str:
         """A square as NumPy makes it: a product, which pow() need not round to."""
         if expr.exp == 2:
             base = self._print(expr.base)

@@ -17,7 +17,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.base.version import version
-from fmu_models.families.jobs import Jobs
+from fmu_models.families.jobs import Jobs, System
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.rows import RunRows
 
@@ -27,7 +27,7 @@ WAIT = 30.0  # s for the scheduler to answer, and for a first worker
 class Cluster:
     """The workers behind the scheduler at an address, and one system whose chunks they make."""
 
-    def __init__(self, address: str, system: Any) -> None:
+    def __init__(self, address: str, system: System) -> None:
         """Connect.
 
         Raises:
@@ -73,7 +73,7 @@ def run_part(made_by: str, parcel: bytes, jobs: Jobs, *fmus: bytes) -> RunRows:
 
 
 @lru_cache(maxsize=8)
-def _unpacked(parcel: bytes, fmus: tuple[bytes, ...]) -> Any:
+def _unpacked(parcel: bytes, fmus: tuple[bytes, ...]) -> System:
     return _Unpickler(parcel, {hashlib.sha256(data).hexdigest(): _opened(data) for data in fmus}).load()
 
 
@@ -85,14 +85,14 @@ def _opened(data: bytes) -> Fmu:
         return Fmu.open(path)
 
 
-def packed(system: Any) -> tuple[bytes, list[Fmu]]:
+def packed(system: System) -> tuple[bytes, list[Fmu]]:
     """A system without its FMUs, and these."""
     import cloudpickle  # comes with distributed; takes functions that stand in no file
 
     fmus: list[Fmu] = []
 
     class Pickler(cloudpickle.Pickler):
-        def persistent_id(self, obj: Any) -> str | None:
+        def persistent_id(self, obj: object) -> str | None:
             if type(obj) is not Fmu:
                 return None
             fmus.append(obj)

@@ -17,18 +17,16 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Tabular
 from fmu_models.base.version import version
 from fmu_models.families import jobs as families
 from fmu_models.families.cluster import Cluster
-from fmu_models.families.jobs import Chunk, Jobs
+from fmu_models.families.jobs import Chunk, Jobs, System
 from fmu_models.families.processes import Processes, no_workers
 from fmu_models.families.store import Stage, Store
 from fmu_models.simulation.rows import RunRows, joined
@@ -38,19 +36,6 @@ Result = TypeVar("Result", bound=Tabular)
 
 AHEAD = 4  # chunks per worker that are under way or wait for one before them
 TICK = 0.05  # s between looks at the progress
-
-
-class System(Protocol):
-    """What makes a chunk; see ``section_system``. alone: no two threads may run it, so that processes share the work,
-    and an interrupt leaves rows that say how far they came; pace: 0 where ``together`` runs are worth a chunk."""
-
-    together: int
-    pace: int
-    alone: bool
-
-    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows: ...
-    def check(self, name: str, values: Vector) -> None: ...
-    def identity(self) -> dict[str, Any]: ...
 
 
 @dataclass(frozen=True)
@@ -240,7 +225,7 @@ class _InMemory:
         self.rows.pop(k, None)
 
 
-def _described(value: Any) -> Any:
+def _described(value: object) -> object:
     """An argument as JSON; of an array how many values, from where to where, and their hash."""
     if isinstance(value, np.ndarray):
         ends = [value.ravel()[0].item(), value.ravel()[-1].item()] if value.size else []

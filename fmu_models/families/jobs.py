@@ -12,9 +12,10 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.cache import digest
@@ -121,3 +122,16 @@ class Jobs:
             else:
                 pieces.append(value.tobytes() if isinstance(value, np.ndarray) else repr(value))
         return digest(*pieces)
+
+
+class System(Protocol):
+    """What makes a chunk; see ``section_system``. alone: no two threads may run it, so that processes share the work,
+    and an interrupt leaves rows that say how far they came; pace: 0 where ``together`` runs are worth a chunk."""
+
+    together: int
+    pace: int
+    alone: bool
+
+    def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows: ...
+    def check(self, name: str, values: Vector) -> None: ...
+    def identity(self) -> dict[str, Any]: ...

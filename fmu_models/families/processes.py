@@ -4,20 +4,23 @@ from collections.abc import Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.families.jobs import Jobs
+from fmu_models.families.jobs import Jobs, System
 from fmu_models.simulation.rows import RunRows
+
+if TYPE_CHECKING:
+    from ctypes import Array, c_int
 
 
 class Processes:
     """The workers, each with the system that it was sent once. Where only this process works, a chunk is made at once,
     and an interrupt reaches the system itself; others hear of it by ``stop``."""
 
-    def __init__(self, system: Any, workers: int) -> None:
+    def __init__(self, system: System, workers: int) -> None:
         context = get_context("spawn")  # threads of BLAS do not survive a fork
         self._system, self._workers, self._stop = system, workers, context.RawArray("i", 1)
         self._pool = ProcessPoolExecutor(workers, context, _receive, (system, self._stop)) if workers > 1 else None
@@ -62,17 +65,17 @@ def no_workers() -> StickslipError:
     )
 
 
-_received: tuple[Any, np.ndarray]  # in a worker: the system, and whether to stop
+_received: tuple[System, np.ndarray]  # in a worker: the system, and whether to stop
 
 
-def _receive(system: Any, stop: Any) -> None:
+def _receive(system: System, stop: "Array[c_int]") -> None:
     import signal
 
     import scipy.linalg  # noqa: F401  # has a BLAS of its own
     from threadpoolctl import threadpool_limits
 
     global _received
-    _received = system, np.frombuffer(stop, np.int32)
+    _received = system, np.frombuffer(memoryview(stop), np.int32)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that asks says when to stop
     threadpool_limits(1)
 

@@ -21,7 +21,7 @@ import struct
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
 import numpy as np
@@ -30,6 +30,13 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import FULL, OVERWRITE, disk_error, is_there
 from fmu_models.families.jobs import Jobs
 from fmu_models.simulation.rows import RunRows, joined
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import xarray
+    import zarr
+    from numcodecs import Zstd
 
 PROVENANCE, FINISHED, RUNS = "provenance", "finished", "runs"
 WHAT = -1  # number of the record that says of which jobs a log has the rows
@@ -46,7 +53,7 @@ class Store:
         finished: whether all is there.
     """
 
-    def __init__(self, path: Path, root: Any) -> None:
+    def __init__(self, path: Path, root: zarr.Group) -> None:
         self.path, self._root = path, root
         self._logs: dict[str, RunLog] = {}
 
@@ -72,7 +79,7 @@ class Store:
         zarr = _zarr()
         if is_there(path) and not _is_empty(path):
             existing = cls._existing(path)
-            differences = list(_differences(json.loads(existing._root.attrs[PROVENANCE]), provenance))
+            differences = list(_differences(json.loads(str(existing._root.attrs[PROVENANCE])), provenance))
             if not differences and (resume or existing.finished):
                 for partial in path.rglob("*.partial"):  # by a process that was killed
                     partial.unlink()
@@ -97,7 +104,7 @@ class Store:
             provenance = PROVENANCE in root.attrs
         except (OSError, ValueError, KeyError):
             provenance, root = False, None
-        if not provenance:
+        if root is None or not provenance:
             raise StickslipError(f"'{path}' is no store of runs. Choose another name.")
         return cls(path, root)
 
@@ -127,7 +134,7 @@ class Store:
             self._logs[name] = RunLog(packed if packed.is_file() and not path.is_file() else path)
         return self._logs[name]
 
-    def finish(self, result: Any) -> None:
+    def finish(self, result: xarray.Dataset) -> None:
         """Keep what was found, a data set, in the root."""
         if self.finished:
             return
@@ -322,7 +329,7 @@ def told(provenance: Mapping[str, Any]) -> str:
     return json.dumps(provenance, sort_keys=True)
 
 
-def _differences(stored: Any, present: Any, name: str = "") -> Iterator[str]:
+def _differences(stored: object, present: object, name: str = "") -> Iterator[str]:
     """Differences between two trees of JSON, a sentence each."""
     if isinstance(stored, Mapping) and isinstance(present, Mapping):
         for key in dict.fromkeys([*stored, *present]):
@@ -331,7 +338,7 @@ def _differences(stored: Any, present: Any, name: str = "") -> Iterator[str]:
         yield f"{name} = {_short(stored)} there, {_short(present)} here"
 
 
-def _short(value: Any) -> str:
+def _short(value: object) -> str:
     text = json.dumps(value)
     return text if len(text) <= 40 else f"{text[:36]} ..."
 
@@ -349,13 +356,13 @@ def _disk(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _compressor() -> Any:
+def _compressor() -> Zstd:
     from numcodecs import Zstd  # with zarr, which is not loaded without a store
 
     return Zstd(level=LEVEL)
 
 
-def _zarr() -> Any:
+def _zarr() -> ModuleType:
     try:
         import xarray  # noqa: F401
         import zarr

@@ -15,7 +15,7 @@ import re
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
@@ -207,7 +207,7 @@ def _check_library(fmu: Fmu, values: Mapping[str, float]) -> None:
             )
 
 
-def library_starts(path: str, names: list[str]) -> Any:
+def library_starts(path: str, names: list[str]) -> dict[str, float] | None:
     """Values of parameters as the library has them after instantiation; None if there is none for this machine."""
     from fmpy import fmi2, fmi3
     from fmpy.fmi1 import FMICallException

@@ -196,7 +196,7 @@ class Contact(Shown, ABC):
             change = units.times(units.of_unit(state.unit), units.of_unit("1/s"))
             units.compare(f"the rate of {state.name}", units.expect(f"the rate of {state.name}", rate, None), change)
 
-    def with_law(self, law: Any) -> Self:
+    def with_law(self, law: object) -> Self:
         """The contact with another law."""
         contact: Any = self  # a frozen dataclass that has a law
         return dataclasses.replace(contact, law=law)

@@ -45,14 +45,14 @@ class Dimensions:
             ) from error
 
     @staticmethod
-    def times(a: Dimension, b: Dimension, power: Any = 1) -> Dimension:
+    def times(a: Dimension, b: Dimension, power: sympy.Expr | int = 1) -> Dimension:
         """a times b to a power."""
-        total = dict(a)
+        total: dict[str, Any] = dict(a)
         for name, exponent in b:
             total[name] = total.get(name, sympy.S.Zero) + exponent * power
         return tuple(sorted((name, exponent) for name, exponent in total.items() if exponent != 0))
 
-    def expect(self, label: str, expression: Any, unit: str | None) -> Dimension | None:
+    def expect(self, label: str, expression: sympy.Expr | float, unit: str | None) -> Dimension | None:
         """Dimension of an expression, which must be that of the unit if there is one."""
         try:
             dimension = self.of(sympy.sympify(expression))
@@ -76,7 +76,7 @@ class Dimensions:
                 "parameters."
             )
 
-    def of(self, e: Any) -> Dimension | None:
+    def of(self, e: sympy.Basic) -> Dimension | None:
         if isinstance(e, Quantity):
             if e not in self.known:
                 self.known[e] = self.of_unit(e.unit)
@@ -85,14 +85,14 @@ class Dimensions:
             self.parts[e] = self._composed(e)
         return self.parts[e]
 
-    def _composed(self, e: Any) -> Dimension | None:
+    def _composed(self, e: sympy.Basic) -> Dimension | None:
         if not self.symbols(e) and e.has(sympy.Float):
             return None
         if e.is_Add:
             return self._sum(e)
         if e.is_Mul:
             return self._product(self.of(factor) for factor in e.args)
-        if e.is_Pow:
+        if isinstance(e, sympy.Pow):
             return self._power(e)
         if isinstance(e, sympy.Function):
             for argument in e.args:
@@ -101,7 +101,7 @@ class Dimensions:
                     raise Mismatch(f"{e.func}({argument}) of a quantity in {_text(dimension)}; it must be a number")
         return NONE
 
-    def _sum(self, e: Any) -> Dimension | None:
+    def _sum(self, e: sympy.Basic) -> Dimension | None:
         seen: dict[Dimension, sympy.Basic] = {}
         for term in e.args:
             dimension = self.of(term)
@@ -118,7 +118,7 @@ class Dimensions:
             total = None if total is None or dimension is None else self.times(total, dimension)
         return total
 
-    def _power(self, e: Any) -> Dimension | None:
+    def _power(self, e: sympy.Pow) -> Dimension | None:
         base, exponent = self.of(e.base), self.of(e.exp)
         if exponent:
             raise Mismatch(f"the exponent of {e} is in {_text(exponent)}; it must be a number")

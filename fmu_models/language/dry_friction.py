@@ -9,7 +9,7 @@ import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.contacts import Requirement
-from fmu_models.language.law_parameter import parameters_of
+from fmu_models.language.law_parameter import LawParameter, parameters_of
 from fmu_models.language.quantities import InternalState, Parameter, State
 
 
@@ -23,7 +23,7 @@ class DryFriction(ABC):
     """The parameter that is the greatest slip speed of logs, of a curve that is free of any form."""
 
     @classmethod
-    def around(cls, own: Any, suffix: str = "") -> Self:
+    def around(cls, own: object, suffix: str = "") -> Self:
         """The law in place of a contact's ``own``: see `parts_around`."""
         return cls(**parts_around(cls, own, suffix))
 
@@ -69,7 +69,7 @@ class DryFriction(ABC):
         return ()
 
 
-def parts_around(law: Any, own: Any, suffix: str) -> dict[str, Any]:
+def parts_around(law: type[Any], own: object, suffix: str) -> dict[str, Any]:
     """What a class of laws is made of in place of a contact's ``own``, by field: parts of one name stay (the normal
     force above all), others become parameters ``<name><suffix>`` as declared, or have the default of their field.
 
@@ -92,7 +92,7 @@ def parts_around(law: Any, own: Any, suffix: str) -> dict[str, Any]:
     return values
 
 
-def _parameter(declared: Any, suffix: str) -> Parameter:
+def _parameter(declared: LawParameter, suffix: str) -> Parameter:
     return Parameter(
         f"{declared.name}{suffix}",
         declared.value,

@@ -25,7 +25,7 @@ _FUNCTIONS: Mapping[Any, Callable[[float], float]] = {
 }
 
 
-def evaluated(expression: Any, values: Values) -> float:
+def evaluated(expression: sympy.Basic, values: Values) -> float:
     """Value of an expression; ``values`` has those of its symbols and keeps those of its parts.
 
     Returns:
@@ -55,7 +55,7 @@ def near_start(body: Body, points: int) -> Iterator[Values]:
         }
 
 
-def _value(e: Any, values: Values) -> float:
+def _value(e: sympy.Basic, values: Values) -> float:
     try:
         inner = [evaluated(argument, values) for argument in e.args]
         if e.is_Add:
@@ -66,6 +66,6 @@ def _value(e: Any, values: Values) -> float:
             return math.pow(*inner)
         if e.func in _FUNCTIONS:
             return _FUNCTIONS[e.func](*inner)
-        return float(e.func(*inner)) if inner else float(e)
+        return float(e.func(*inner)) if inner else float(e)  # pyright: ignore[reportArgumentType]
     except (ValueError, OverflowError, TypeError, ZeroDivisionError):
         return math.nan

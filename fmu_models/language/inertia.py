@@ -115,7 +115,7 @@ def check_definite(mechanism: Body) -> None:
                 )
 
 
-def _square(entries: Entries, rows: Sequence[int]) -> Any:
+def _square(entries: Entries, rows: Sequence[int]) -> sympy.Matrix:
     return sympy.Matrix([[entries.get((i, j), sympy.S.Zero) for j in rows] for i in rows])
 
 

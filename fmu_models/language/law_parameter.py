@@ -7,7 +7,10 @@ A law is a frozen dataclass whose fields are its parameters:
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 T_0 = 0.01  # s, of stick, after which breakaway that ages grows by decades
 # of the law `free`: distance of knots in ln(1 + v/V), power of its steps, knots from rest to the greatest slip speed
@@ -42,14 +45,14 @@ def viscous() -> Mapping[str, Any]:
     return declared(0.0, "s/m", "rise of the friction coefficient with slip speed, viscous", 0.0, 100.0)
 
 
-def parameters_of(law: Any) -> Iterator[LawParameter]:
+def parameters_of(law: type[Any]) -> Iterator[LawParameter]:
     """Parameters that a class of laws declares, in order."""
     for entry in fields(law):
         if "declared" in entry.metadata:
             yield LawParameter(entry.name, *entry.metadata["declared"])
 
 
-def declared_in(law: Any) -> Iterator[tuple[Any, LawParameter]]:
+def declared_in(law: "DataclassInstance | type[DataclassInstance]") -> Iterator[tuple[Any, LawParameter]]:
     """Values of the declared parameters of a law, those of laws within it included, and what they are."""
     for entry in fields(law):
         value = getattr(law, entry.name)

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from fmu_models.base.errors import StickslipError, nearest
 
 if TYPE_CHECKING:
-    from scipy.sparse import sparray, spmatrix
+    from scipy.sparse import csr_array, sparray, spmatrix
 
 # an array, a sparse matrix, or a file: .mtx, .npy, or file.mat:name
 Matrix: TypeAlias = "ArrayLike | spmatrix | sparray | str | os.PathLike[str]"
@@ -106,7 +106,7 @@ def reduced(
     return Reduced(small_mass, small_dampers, small_stiffness, coordinates, basis, omega[:modes], left_out)
 
 
-def _statics(inside: Any, across: NDArray[np.float64]) -> NDArray[np.float64]:
+def _statics(inside: csr_array, across: NDArray[np.float64]) -> NDArray[np.float64]:
     """What degrees of freedom do that follow others, a column for each of these."""
     from scipy.sparse.linalg import splu
 
@@ -118,12 +118,12 @@ def _statics(inside: Any, across: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.linalg.lstsq(inside.toarray(), across)[0]
 
 
-def _modes(mass: Any, stiffness: Any, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _modes(mass: csr_array, stiffness: csr_array, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Squares of the lowest angular frequencies, one more than asked for if there is one; shapes of unit mass."""
     from scipy import linalg
     from scipy.sparse.linalg import eigsh
 
-    n = mass.shape[0]
+    n = mass.shape[0]  # pyright: ignore[reportOptionalSubscript]
     wanted = min(count + 1, n)
     if not n:
         return np.zeros(0), np.zeros((0, 0))
@@ -166,7 +166,7 @@ def names_of(n: int, names: Sequence[str] | None) -> tuple[str, ...]:
     return tuple(names) if names is not None else tuple(f"u{k + 1}" for k in range(n))
 
 
-def quadratic(matrix: Any, vector: Sequence[Any]) -> sympy.Expr:
+def quadratic(matrix: csr_array, vector: Sequence[Any]) -> sympy.Expr:
     """Half of x^T A x, of what is not zero."""
     from scipy import sparse
 
@@ -179,7 +179,7 @@ def quadratic(matrix: Any, vector: Sequence[Any]) -> sympy.Expr:
     return sympy.Add(*terms)
 
 
-def _symmetric(letter: str, source: Matrix) -> Any:
+def _symmetric(letter: str, source: Matrix) -> csr_array:
     from scipy import sparse
 
     read: Any = _read(letter, source) if isinstance(source, str | os.PathLike) else source
@@ -199,7 +199,7 @@ def _symmetric(letter: str, source: Matrix) -> Any:
     return sparse.csr_array((matrix + matrix.T) / 2)
 
 
-def _read(letter: str, source: str | os.PathLike[str]) -> Any:
+def _read(letter: str, source: str | os.PathLike[str]) -> NDArray[Any] | spmatrix | sparray:
     """A matrix from a file."""
     from scipy import io
 

@@ -5,9 +5,11 @@ name in two models never collide.
 """
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Self, TypeVar
 
 import sympy
+
+_Quantity = TypeVar("_Quantity", bound="Quantity")
 
 
 class Quantity(sympy.Dummy):
@@ -38,7 +40,7 @@ class Quantity(sympy.Dummy):
         return int(self.dummy_index)
 
 
-def _again(kind: type[Any], name: str, index: int, assumptions: Mapping[str, bool]) -> Any:
+def _again(kind: type[_Quantity], name: str, index: int, assumptions: Mapping[str, bool]) -> _Quantity:
     """A quantity that is equal to the one with this index."""
     return sympy.Dummy.__new__(kind, name, index, **assumptions)
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
 from types import SimpleNamespace
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import sympy
 
@@ -31,7 +31,7 @@ class Smoothed(ABC):
     sticks: ClassVar[bool] = False
 
     @classmethod
-    def around(cls, own: Any, suffix: str = "") -> Self:
+    def around(cls, own: object, suffix: str = "") -> Self:
         """A contact's own law smoothed over a parameter ``width<suffix>``."""
         return cls(**parts_around(cls, SimpleNamespace(law=own), suffix))
 

@@ -88,7 +88,7 @@ def _force(contact: ContactDynamics) -> Output:
     return Output(f"{contact.name}_force", force, contact.force_symbol.unit, f"{kind}: {name}")
 
 
-def _linear(T: sympy.Expr, velocities: Sequence[Velocity]) -> Any:
+def _linear(T: sympy.Expr, velocities: Sequence[Velocity]) -> sympy.Expr:
     """The part of T that is linear in the velocities."""
     directions: dict[Any, Any] = {v: sympy.Dummy(v.name, real=True) for v in velocities}
     slope = Derivatives().along(T, directions).xreplace(dict.fromkeys(velocities, sympy.S.Zero))

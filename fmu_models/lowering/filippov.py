@@ -66,12 +66,12 @@ def lower_automaton(automaton: Automaton) -> HybridSystem:
 def _slides(automaton: Automaton, switch: Switch, jump: sympy.Matrix) -> bool:
     """Whether the flow jumps across h = 0 in a way that could hold the motion there."""
     function = sympy.sympify(switch.function)
-    entries = [jump[i, 0] for i in range(jump.rows)]
+    entries: list[Any] = [jump[i, 0] for i in range(jump.rows)]
     normal = sum((sympy.diff(function, x) * f for x, f in zip(automaton.states, entries, strict=True)), sympy.S.Zero)
     return sympy.simplify(normal) != 0 and not all(_vanishes(f, function, automaton) for f in entries)
 
 
-def _vanishes(expression: Any, function: sympy.Expr, automaton: Automaton) -> bool:
+def _vanishes(expression: sympy.Expr, function: sympy.Expr, automaton: Automaton) -> bool:
     """Whether an expression is zero wherever the function is: it is put in place of a quantity in which h is affine."""
     for symbol in (*automaton.states, *automaton.inputs):
         slope = sympy.diff(function, symbol)
@@ -82,14 +82,14 @@ def _vanishes(expression: Any, function: sympy.Expr, automaton: Automaton) -> bo
     return not sympy.denom(quotient).free_symbols & function.free_symbols
 
 
-def _rate(automaton: Automaton, function: Any) -> sympy.Expr:
+def _rate(automaton: Automaton, function: sympy.Expr) -> sympy.Expr:
     """The time derivative of a function, from the rates of states and inputs."""
     moving = (*automaton.states, *automaton.inputs)
     return sum((sympy.diff(function, x) * x.rate for x in moving), sympy.diff(function, TIME))
 
 
-def _along_flow(automaton: Automaton, rate: sympy.Expr) -> Any:
-    return rate.xreplace({x.rate: automaton.flows[x] for x in automaton.states})
+def _along_flow(automaton: Automaton, rate: sympy.Expr) -> sympy.Expr:
+    return rate.xreplace({x.rate: automaton.flows[x] for x in automaton.states})  # pyright: ignore[reportReturnType]
 
 
 def _jump(automaton: Automaton, switch: Switch) -> sympy.Matrix:
@@ -98,7 +98,7 @@ def _jump(automaton: Automaton, switch: Switch) -> sympy.Matrix:
     return sympy.Matrix([to.get(x, x) - x for x in automaton.states])
 
 
-def _gradient(automaton: Automaton, function: Any) -> sympy.Matrix:
+def _gradient(automaton: Automaton, function: sympy.Expr) -> sympy.Matrix:
     return sympy.Matrix([[sympy.diff(function, x) for x in automaton.states]])
 
 
@@ -108,7 +108,7 @@ def _resting_rate(automaton: Automaton, switch: Switch, jump: sympy.Matrix) -> s
     rate = _along_flow(automaton, _rate(automaton, sympy.sympify(switch.function)))
     if not sides or rate.has(*(s.sign for s in automaton.switches)) or not rate.has(*automaton.states):
         return None
-    if not all(_vanishes(entry, rate, automaton) for entry in _jump(automaton, switch)):
+    if not all(_vanishes(entry, rate, automaton) for entry in _jump(automaton, switch).flat()):
         return None
     pushes = sympy.simplify((_gradient(automaton, rate) * jump)[0]) != 0
     return rate if (pushes if sides == [3] else not any(jump.flat())) else None

@@ -6,7 +6,7 @@ a sum of constants is one constant.
 """
 
 import dataclasses
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import sympy
@@ -43,7 +43,7 @@ def fold(
             constants[quantity] = number(fixed[quantity.name])
     constants |= {u.rate: sympy.S.Zero for u in system.inputs if u in constants}
 
-    def folded(expression: Any) -> Any:
+    def folded(expression: sympy.Basic) -> sympy.Basic:
         return sympy.sympify(expression).xreplace(constants)
 
     requirements = (r._replace(expression=folded(r.expression)) for r in system.all_requirements)
@@ -75,7 +75,7 @@ def number(value: float) -> sympy.Expr:
     return sympy.Integer(int(value)) if value.is_integer() and abs(value) < _WHOLE else sympy.Float(value)
 
 
-def _folded_contact(contact: ContactDynamics, folded: Any) -> ContactDynamics:
+def _folded_contact(contact: ContactDynamics, folded: Callable[[sympy.Basic], sympy.Basic]) -> ContactDynamics:
     parts: dict[str, Any] = {name: value for name, value in vars(contact).items() if isinstance(value, sympy.Basic)}
     return dataclasses.replace(
         contact,

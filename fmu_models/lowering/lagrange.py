@@ -85,5 +85,5 @@ class TimeDerivative:
         self._derivatives = Derivatives()
         self._known: dict[Any, Any] = {}
 
-    def __call__(self, expression: Any) -> Any:
+    def __call__(self, expression: sympy.Expr) -> sympy.Expr:
         return self._derivatives.along(expression, self._rates, self._known)

@@ -52,7 +52,7 @@ class Lifted:
         symbols = [sympy.Dummy(f"{name}{i}", real=True) for i in range(len(arguments)) for name in ("cos", "sin")]
         return cls(system.states, tuple(arguments), tuple(symbols))
 
-    def row(self, expression: Any, *further: sympy.Basic) -> Row | None:
+    def row(self, expression: sympy.Basic, *further: sympy.Basic) -> Row | None:
         """Factors of z, one more for each of ``further``, in an expression; None where it is not affine in them."""
         phasor_of = {
             wave: self.phasors[2 * i + k]
@@ -76,7 +76,7 @@ class Lifted:
         return (*factors[:n], constant, *factors[n:])
 
 
-def _changes(factor: Any, changing: AbstractSet[Any]) -> bool:
+def _changes(factor: sympy.Expr, changing: AbstractSet[Any]) -> bool:
     """Whether two values of an expression show that it hangs on some symbols: much sooner than its expansion does."""
     symbols = sorted(factor.free_symbols, key=str)
     # fractions: what cancels is zero, where rounding of it would be told from other rounding
@@ -134,7 +134,7 @@ def _named(system: HybridSystem) -> Iterable[tuple[str, ContactDynamics | None, 
             yield f"{where}: the jump of {state.name}", contact, value
 
 
-def _inlined(system: HybridSystem, expression: Any) -> Any:
+def _inlined(system: HybridSystem, expression: sympy.Basic) -> sympy.Basic:
     """Slip speeds written out."""
     return sympy.sympify(expression).xreplace({c.slip_symbol: c.slip for c in system.contacts})
 
@@ -144,16 +144,16 @@ def _expressions(system: HybridSystem) -> Iterable[tuple[str, Any]]:
         yield name, sympy.sympify(expression)
 
 
-def _is_harmonic(argument: Any) -> bool:
+def _is_harmonic(argument: sympy.Expr) -> bool:
     slope = sympy.diff(argument, TIME)
     offset = argument.xreplace({TIME: sympy.S.Zero})
     symbols = slope.free_symbols | offset.free_symbols
     return slope != 0 and all(isinstance(symbol, Parameter) for symbol in symbols)
 
 
-def _sentence(lifted: Lifted, name: str, contact: ContactDynamics | None, expression: Any) -> str:
+def _sentence(lifted: Lifted, name: str, contact: ContactDynamics | None, expression: sympy.Basic) -> str:
     """What of an expression is not affine, and for which parameters it would be."""
-    names = {} if contact is None else {contact.slip_symbol: "v", contact.sign_symbol: "sgn(v)"}
+    names: dict[sympy.Basic, str] = {} if contact is None else {contact.slip_symbol: "v", contact.sign_symbol: "sgn(v)"}
     if contact is not None and contact.depth_symbol is not None:
         names[contact.depth_symbol] = "d"
     local = () if contact is None else _local(contact)
@@ -170,7 +170,7 @@ def _sentence(lifted: Lifted, name: str, contact: ContactDynamics | None, expres
     return f"{name}: {printed} is not linear in {of}" + (f", but for {unless}" if unless else "")
 
 
-def _smallest(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> Any:
+def _smallest(lifted: Lifted, expression: sympy.Basic, local: Sequence[sympy.Basic]) -> sympy.Basic:
     """The smallest part of an expression that is not affine by itself."""
     for term in expression.args:
         if term.free_symbols and lifted.row(term, *local, TIME) is None:
@@ -178,7 +178,7 @@ def _smallest(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> 
     return expression
 
 
-def _remedy(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> str:
+def _remedy(lifted: Lifted, expression: sympy.Basic, local: Sequence[sympy.Basic]) -> str:
     """Values of parameters for which an expression is affine after all."""
     parameters = sorted((s for s in expression.free_symbols if isinstance(s, Parameter)), key=lambda s: s.declared)
     for parameter in parameters:
@@ -190,7 +190,7 @@ def _remedy(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic]) -> st
     return ""
 
 
-def _is_affine(lifted: Lifted, expression: Any, local: Sequence[sympy.Basic], values: dict[Any, Any]) -> bool:
+def _is_affine(lifted: Lifted, expression: sympy.Basic, local: Sequence[sympy.Basic], values: dict[Any, Any]) -> bool:
     """Whether an expression is affine, and does not vanish, with these values."""
     changed = expression.xreplace(values)
     return changed != 0 and not changed.has(sympy.nan, sympy.zoo) and lifted.row(changed, *local, TIME) is not None

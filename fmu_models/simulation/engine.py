@@ -10,10 +10,10 @@ import ctypes
 import struct
 import threading
 import weakref
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from ctypes import POINTER, addressof, byref, c_char, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
 from functools import cache, cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library, unload
+
+if TYPE_CHECKING:
+    from ctypes import _CDataType, _NamedFuncPointer
 
 C = declarations(
     "engine/model/run_state.h",
@@ -129,7 +132,7 @@ class EngineInstance:
         return np.empty(EVENT_CAPACITY * EVENT.itemsize, dtype=np.uint8).data
 
     @cached_property
-    def whole_run(self) -> Any:
+    def whole_run(self) -> ctypes.Structure:
         """A request with room for events, to be filled in."""
         return C.structure("WholeRun")(event_capacity=EVENT_CAPACITY, events=address(self._events))
 
@@ -147,7 +150,7 @@ class EngineInstance:
         if self._restart(self.handle, self.start(initial, start_time, tolerance)) != RUN.DONE:
             raise self.failure()
 
-    def start(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> Any:
+    def start(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> ctypes.Structure:
         """Start values by reference as the engine reads them, until it is asked for again."""
         n = len(initial)
         layout, c = _layout(n), self._start
@@ -174,12 +177,12 @@ def _layout(n: int) -> struct.Struct:
     return struct.Struct(f"={n}d{n}I")
 
 
-def address(array: Any) -> int:
+def address(array: NDArray[Any] | memoryview | bytearray) -> int:
     """Where the data of a writable array begins; numpy's own way takes five times as long."""
     return addressof(_at(array)) if len(array) else 0
 
 
-_at = c_char.from_buffer
+_at: Callable[[Any], c_char] = c_char.from_buffer
 
 
 def indicators_of(fmu: Fmu) -> list[int]:
@@ -208,12 +211,14 @@ _engines: weakref.WeakKeyDictionary[Fmu, Engine] = weakref.WeakKeyDictionary()
 _loading = threading.Lock()
 
 
-def _bound(function: Any, result: Any, *arguments: Any) -> Any:
+def _bound(
+    function: _NamedFuncPointer, result: type[_CDataType] | None, *arguments: type[_CDataType]
+) -> _NamedFuncPointer:
     function.restype, function.argtypes = result, arguments
     return function
 
 
-def _let_go(dll: ctypes.CDLL, close: Any, handles: list[int]) -> None:
+def _let_go(dll: ctypes.CDLL, close: Callable[[int], object], handles: list[int]) -> None:
     for handle in handles:
         close(handle)
     unload(dll)

@@ -9,11 +9,12 @@ Signal                      as it is
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
@@ -21,6 +22,9 @@ from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.measured import column_of_log, in_unit, read_measured
 from fmu_models.simulation.signal import Signal
+
+if TYPE_CHECKING:
+    import pandas
 
 TOLERANCE = 1e-6  # of the largest value: by so much straight lines may miss a function
 COARSEST = 256  # pieces that a function is looked at in, at the least
@@ -49,7 +53,7 @@ def signals_of(fmu: Fmu, inputs: Mapping[str, Any], start: float, stop: float) -
 
 
 def signal_of(
-    form: Any,
+    form: "float | str | Signal | Iterable[ArrayLike] | Callable[[float], Any] | pandas.Series",
     start: float,
     stop: float,
     *,
@@ -77,7 +81,7 @@ def signal_of(
         path, column = column_of_log(form, folder)
         return read_measured(path).signal(column, unit, label)
     if hasattr(form, "index") and hasattr(form, "to_numpy"):
-        return _of_series(form, unit, label)
+        return _of_series(cast("pandas.Series", form), unit, label)
     if callable(form):
         return _sampled(form, start, stop, tolerance, label)
     try:
@@ -90,7 +94,7 @@ def signal_of(
     return _signal(times, values, label)
 
 
-def _pair(form: Any) -> tuple[Vector, Vector]:
+def _pair(form: Iterable[ArrayLike]) -> tuple[Vector, Vector]:
     if isinstance(form, np.ndarray) and form.ndim == 2 and form.shape[1] == 2 and form.shape[0] != 2:
         form = form.T
     times, values = (np.asarray(column, dtype=float) for column in form)
@@ -116,7 +120,7 @@ def _signal(times: Vector, values: Vector, label: str) -> Signal:
     return Signal(times, values)
 
 
-def _of_series(series: Any, unit: str | None, label: str) -> Signal:
+def _of_series(series: "pandas.Series", unit: str | None, label: str) -> Signal:
     """A series of pandas over its index: s, durations, or dates from the first on."""
     index = np.asarray(series.index)
     if index.dtype.kind == "M" and index.size:

@@ -212,10 +212,14 @@ def _texts(group: h5py.Group, name: str, values: Sequence[Any]) -> h5py.Dataset:
     return dataset
 
 
-def _read_texts(data: Any) -> list[str] | list[bytes]:
+def _read_texts(data: h5py.Dataset) -> list[str] | list[bytes]:
     import h5py
 
-    return data.asstr()[()].tolist() if h5py.check_string_dtype(data.dtype) else [row.tobytes() for row in data[()]]
+    return (
+        np.asarray(data.asstr()[()]).tolist()
+        if h5py.check_string_dtype(data.dtype)
+        else [row.tobytes() for row in data[()]]
+    )
 
 
 def _column(group: h5py.Group, name: str, data: np.ndarray) -> h5py.Dataset:
@@ -285,7 +289,8 @@ def _recording(path: str | os.PathLike[str]) -> Recording:
         raise StickslipError(f"'{path}' cannot be read as a trajectory: {error}. Run the simulation again.") from error
 
 
-def _read(file: Any) -> Recording:
+def _read(opened: h5py.File) -> Recording:
+    file: Any = opened  # of what it holds h5py knows no more than that it may be anything
     values, units, descriptions, arrays = {}, {}, {}, {}
     for data in file["values"].values():
         name, shape = str(data.attrs["name"]), data.shape[1:]
@@ -312,7 +317,8 @@ def _read(file: Any) -> Recording:
     return Recording(trajectory, descriptions, _read_provenance(file["provenance"]) if "provenance" in file else None)
 
 
-def _read_provenance(group: Any) -> Provenance:
+def _read_provenance(opened: h5py.Group) -> Provenance:
+    group: Any = opened
     settings: dict[str, Any] = {}
     for name in (f.name for f in fields(Provenance)):
         if name in SETTINGS:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping
+from ctypes import Structure
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -92,7 +93,9 @@ def crossings(engine: Engine, instance: EngineInstance, request: Request, sectio
         c.n_crossings = 0
 
 
-def _calls(call: Callable[[int, Any], int], instance: EngineInstance, c: Any, run_structure: Any) -> Iterator[float]:
+def _calls(
+    call: Callable[[int, Any], int], instance: EngineInstance, c: Structure, run_structure: Structure
+) -> Iterator[float]:
     """Call the engine until its run is done, and tell how long each call took, s."""
     status = RUN.MORE
     while status == RUN.MORE:
@@ -131,7 +134,7 @@ class _Details:
         self.states = states
         self.seen: list[tuple[Vector, Vector]] = []
 
-    def ask(self, c: Any, rows: int) -> None:
+    def ask(self, c: Structure, rows: int) -> None:
         """Have the engine write here; forget what was."""
         self.rates = np.empty((rows, self.states))
         self.seen = []
@@ -145,7 +148,7 @@ class _Details:
         """Keep the derivatives of the events of a part of the run."""
         self.seen.append((self.speeds[:events].copy(), self.speed_derivatives[:events].copy()))
 
-    def passage(self, c: Any) -> Passage:
+    def passage(self, c: Structure) -> Passage:
         n = min(int(c.misses.count), len(self.misses))
         speeds, changes = (np.concatenate(column) for column in zip(*self.seen, strict=True))
         return Passage(self.rates, speeds, changes, self.misses[:n].copy(), self.derivatives[:n].copy())
@@ -210,14 +213,14 @@ class Differentiator:
         return result, derivatives, np.concatenate(changes), c.corners > 0
 
 
-def structure(request: Request, values: Vector, instance: EngineInstance) -> Any:
+def structure(request: Request, values: Vector, instance: EngineInstance) -> Structure:
     """The request as the engine reads it, its values to go into ``values``, of a run that has not begun."""
     prepared = instance.whole_run
     c = _WholeRun(event_capacity=prepared.event_capacity, events=prepared.events)
     return _filled(c, request, values)
 
 
-def _filled(c: Any, request: Request, values: Vector) -> Any:
+def _filled(c: Structure, request: Request, values: Vector) -> Structure:
     """Write a request into the structure; it keeps the arrays alive that it points into."""
     c.n_times, c.n_values = request.times.size, request.references.size
     c.times, c.references, c.values = address(request.times), address(request.references), address(values)

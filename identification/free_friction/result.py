@@ -110,7 +110,7 @@ class FreeFriction(Shown):
     constants: Mapping[str, float] = field(default_factory=dict)
     releases: int = 0
 
-    COLUMNS: ClassVar = ("[speed]=speed", "coefficient", "form_deviation", "deviation")
+    COLUMNS: ClassVar[tuple[str, ...]] = ("[speed]=speed", "coefficient", "form_deviation", "deviation")
 
     @cached_property
     def basis(self) -> SpeedBasis:

@@ -10,7 +10,7 @@ from fmu_models.base.registry import Registry
 LAWS: Registry[Any] = Registry(kind="law", package=__name__, attribute="LAW", group="stickslip.laws")
 
 
-def load(reference: str, beside: Path | None = None) -> Any:
+def load(reference: str, beside: Path | None = None) -> type[Any]:
     """The class of a law, as `Registry.load` finds it.
 
     Raises:

@@ -13,7 +13,7 @@ mu_0 + A log10(1 + B t); slip by equation (2) of Casini, Giannini, Vestroni, Non
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self, final
+from typing import ClassVar, Self, final
 
 import sympy
 
@@ -36,7 +36,7 @@ class Ageing(Conti):
     clock: InternalState = field(default_factory=lambda: _clock("t_stick"))
 
     @classmethod
-    def around(cls, own: Any, suffix: str = "") -> Self:
+    def around(cls, own: object, suffix: str = "") -> Self:
         """The law in place of a contact's own, with a clock ``t_stick<suffix>``."""
         return replace(super().around(own, suffix), clock=_clock(f"t_stick{suffix}"))
 

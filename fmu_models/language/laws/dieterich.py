@@ -13,7 +13,7 @@ state variable friction laws, Journal of Geophysical Research 88 (1983), whose n
 """
 
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self, final
+from typing import ClassVar, Self, final
 
 import sympy
 
@@ -39,7 +39,7 @@ class RateState(DryFriction):
     age: InternalState = field(default_factory=lambda: _age("theta"))
 
     @classmethod
-    def around(cls, own: Any, suffix: str = "") -> Self:
+    def around(cls, own: object, suffix: str = "") -> Self:
         """The law in place of a contact's own, with an age ``theta<suffix>``."""
         return replace(super().around(own, suffix), age=_age(f"theta{suffix}"))
 

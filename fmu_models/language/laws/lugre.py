@@ -13,7 +13,7 @@ Transactions on Automatic Control 40 (1995), equations (2) to (4), without visco
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import SimpleNamespace
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import sympy
 
@@ -38,7 +38,7 @@ class LuGre:
     otherwise: ClassVar[type[DryFriction]] = Conti
 
     @classmethod
-    def around(cls, own: Any, suffix: str = "") -> Self:
+    def around(cls, own: object, suffix: str = "") -> Self:
         """Bristles ``z<suffix>`` before a contact's own law, if it is ``kept``, or before another in its place."""
         steady = own if isinstance(own, cls.kept) else cls.otherwise.around(own, suffix)
         return cls(**parts_around(cls, SimpleNamespace(steady=steady, bristle=_bristle(f"z{suffix}")), suffix))

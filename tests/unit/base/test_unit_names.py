@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -116,7 +117,7 @@ def test_base_units_are_kept_and_then_read_without_pint(tmp_path: Path) -> None:
         done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
         return done.stdout
 
-    bases = [parse_unit(unit).to_base_units() for unit in units]
+    bases: list[Any] = [parse_unit(unit).to_base_units() for unit in units]
     found = [BaseUnits(float(b.magnitude), tuple((str(name), power) for name, power in b.unit_items())) for b in bases]
     assert told() == f"{found} True True\n"
     assert told() == f"{found} True False\n"

@@ -63,6 +63,8 @@ if TYPE_CHECKING:
     from identification.next_step.experiments import rank_experiments as rank_experiments
     from identification.next_step.laws import compare_contacts as compare_contacts
     from identification.next_step.laws import compare_laws as compare_laws
+    from identification.next_step.signals import SignalShape as SignalShape
+    from identification.next_step.signals import design_experiment as design_experiment
     from identification.report.findings import findings as findings
     from identification.report.live import live_frame as live_frame
     from identification.report.page import write_report as write_report

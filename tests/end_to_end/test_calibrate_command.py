@@ -66,6 +66,13 @@ def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tm
     ranked = stickslip("design", result, "--try", "omega=0.8,1.2", "--for", "k", "--json")
     assert {one["settings"]["omega"] for one in ranked.json["candidates"]} == {0.8, 1.2}
     assert ranked.json["candidates"][0]["deviations"]["k"] < ranked.json["deviations"]["k"]
+    speed = tmp_path / "speed.csv"
+    asked = ("--input", "v_dr=0.6:1.4", "--levels", "3", "--samples", "50", "--duration", "10")
+    planned = stickslip("design", result, *asked, "--for", "k", "-o", speed)
+    assert planned.code == 0 and "best of random" in planned.out and "written" in planned.out
+    assert stickslip("simulate", "forced_stick_slip", "--input", f"v_dr={speed}:v_dr", "--until", "10").code == 0
+    assert "-o writes inputs" in stickslip("design", result, "--within", "omega=1:2", "-o", speed).err
+    assert "values, --try" in stickslip("design", result, "--for", "k").err
     refused = stickslip("compare", result, log, "--scene", "a.toml")
     assert refused.code == 2 and "that of any model; --scene: for that of a rig or a machine" in refused.err
 

@@ -25,7 +25,7 @@ from fmu_models.base.shown import Tabular
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
 from identification.calibration.result import Calibration
-from identification.calibration.subject import Stretch, Subject
+from identification.calibration.subject import Stretch, Subject, Window
 from identification.calibration.systems import subject_of
 from identification.calibration.untold import column_norms
 
@@ -159,7 +159,7 @@ def _information(
     start = {name: values.get(name, float(fmu.variables[name].start or 0.0)) for name in subject.states}
     inputs = {name: value for name, value in values.items() if name in fmu.inputs}
     times = np.linspace(0.0, duration, samples + 1)[1:]
-    run = subject.respond(Stretch(0.0, times, parameters, start, inputs))
+    run = subject.respond(Stretch(Window(0.0, times, inputs), parameters, start))
     slopes = np.vstack([run.slopes[:, subject.recorded.index(name)] / sd for name, sd in noise.items()])
     if not np.isfinite(slopes).all():
         raise StickslipError("The run has no derivative.")

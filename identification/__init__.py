@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from identification.calibration.calibrate import calibrate as calibrate
     from identification.calibration.log import model_log as model_log
     from identification.calibration.pose import Settings as Settings
-    from identification.calibration.problem import Sensor as Sensor
     from identification.calibration.result import Calibration as Calibration
     from identification.calibration.result import read_calibration as read_calibration
+    from identification.calibration.segments import Sensor as Sensor
     from identification.calibration.track import Course as Course
     from identification.calibration.track import track as track
     from identification.disturbances.disturbance import Disturbance as Disturbance

@@ -10,8 +10,9 @@ from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.measured import UNSTATED
 from identification.calibration.log import LogLike, ModelLog
-from identification.calibration.problem import IDEAL, SENSED, SegmentProblem, Sensor, whole
+from identification.calibration.problem import SegmentProblem
 from identification.calibration.search import GUESSES, STARTS, noise_of
+from identification.calibration.segments import IDEAL, SENSED, Sensor, whole
 from identification.calibration.systems import subject_of
 from identification.calibration.ties import TiedSubject, Ties
 from identification.calibration.unknowns import Bounds, FreeParameter, free_parameters

@@ -19,11 +19,11 @@ from fmu_models.base.record import record
 from fmu_models.base.shown import Pictured
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
-from identification.calibration.descent import STAGES, Progress, over_segments
+from identification.calibration.descent import STAGES, Progress
 from identification.calibration.drifting import CHANCE, DriftProblem
 from identification.calibration.follow import residuals_of
 from identification.calibration.log import LogLike, ModelLog, model_log
-from identification.calibration.nodes import nodes_of, rolled
+from identification.calibration.nodes import nodes_of
 from identification.calibration.pose import Settings, problem_of, with_instruments
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.result import SeriesResidual
@@ -196,7 +196,7 @@ def _begun(free_run: SegmentProblem, count: int, said: Settings) -> tuple[DriftP
     """Segments with values of their own, each a log of its own, and where the search begins."""
     (log,) = free_run.logs
     nodes = nodes_of(free_run, [free_run.first], rates_of(free_run), said.segments)
-    problem, x = over_segments(free_run, nodes, free_run.first, rolled(free_run, free_run.first, nodes)[0])
+    problem, x = nodes.placed(free_run.first, nodes.rolled(free_run.first)[0])
     number = len(problem.segments)
     walks = np.arange(count * number).reshape(count, number)
     walking = [
@@ -272,9 +272,10 @@ def _course(
         times = np.unique(np.append(piece.time, problem.segments[number].end))
         run = subject.respond(problem.stretch(number, x, times))
         at = np.searchsorted(times, piece.time)
-        places, used = problem.columns(number)
+        places = problem.differentiated(number)
+        used = np.flatnonzero(places >= 0)
         slopes = run.slopes[at][:, columns][:, :, used]
-        block = covariance[np.ix_(places, places)]
+        block = covariance[np.ix_(places[used], places[used])]
         values.append(run.values[at][:, columns])
         deviations.append(np.sqrt(np.maximum(np.einsum("nkp,pq,nkq->nk", slopes, block, slopes), 0.0)))
     variables = subject.fmu.variables

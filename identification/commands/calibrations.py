@@ -53,7 +53,7 @@ class ModelLogs:
 
     def arguments(self) -> dict[str, Any]:
         """Arguments of ``calibrate`` and ``track``."""
-        from identification.calibration.problem import Sensor
+        from identification.calibration.segments import Sensor
 
         return {
             "parameters": console.assignments(self.settings, "parameter"),

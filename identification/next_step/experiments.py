@@ -29,7 +29,7 @@ from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.signal import Signal
 from identification.calibration.result import CalibratedValue, Calibration
-from identification.calibration.subject import Stretch, Subject
+from identification.calibration.subject import Stretch, Subject, Window
 from identification.calibration.systems import subject_of
 from identification.calibration.untold import TAKES_PART, column_norms
 
@@ -210,21 +210,21 @@ class Forecast:
         Raises:
             StickslipError: it has no run, or that no derivative.
         """
-        return [self._information(point, settings, signals or {}) for point in self.points]
+        fmu = self.subject.fmu
+        constants = {name: value for name, value in self.calibration.reading.inputs.items() if value is not None}
+        inputs = {name: value for name, value in {**constants, **settings}.items() if name in fmu.inputs}
+        times = np.linspace(0.0, self.duration, self.samples + 1)[1:]
+        window = Window(0.0, times, {**inputs, **(signals or {})})
+        return [self._information(point, settings, window) for point in self.points]
 
-    def _information(
-        self, calibration: Calibration, settings: Mapping[str, float], signals: Mapping[str, Signal]
-    ) -> np.ndarray:
+    def _information(self, calibration: Calibration, settings: Mapping[str, float], window: Window) -> np.ndarray:
         first, fmu = calibration.logs[0], self.subject.fmu
         values = {**calibration.held, **calibration.values_in(first)}
         values |= {name.removesuffix("(0)"): value for name, value in calibration.values_in(first, starts=True).items()}
-        constants = {name: value for name, value in calibration.reading.inputs.items() if value is not None}
-        values |= {**constants, **settings}
+        values |= settings
         parameters = {name: value for name, value in values.items() if name in (*fmu.parameters, *fmu.memories)}
         start = {name: values.get(name, float(fmu.variables[name].start or 0.0)) for name in self.subject.states}
-        inputs = {name: value for name, value in values.items() if name in fmu.inputs} | dict(signals)
-        times = np.linspace(0.0, self.duration, self.samples + 1)[1:]
-        run = self.subject.respond(Stretch(0.0, times, parameters, start, inputs))
+        run = self.subject.respond(Stretch(window, parameters, start))
         recorded = self.subject.recorded
         noise = {name: sd or OTHER_NOISE * _rms(run.values[:, recorded.index(name)]) for name, sd in self.noise.items()}
         slopes = np.vstack([run.slopes[:, recorded.index(name)] / sd for name, sd in noise.items()])

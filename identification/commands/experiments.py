@@ -40,7 +40,7 @@ class OfCalibration:
     inputs: Annotated[
         list[str] | None, typer.Option("--input", metavar="NAME=LOW:HIGH", help="Limits of an input over time; repeat.")
     ] = None
-    harmonics: Annotated[int | None, typer.Option(help="Of an input over time (default: 6).", min=1)] = None
+    harmonics: Annotated[int | None, typer.Option(help="Of an input over time.", min=1)] = None
     period: Annotated[float | None, typer.Option(help="Of these, s (default: the duration).")] = None
     levels: Annotated[int | None, typer.Option(help="Instead: values that hold one after the other.", min=1)] = None
     seed: Annotated[int | None, typer.Option(help="Of the search within limits.", min=0)] = None
@@ -48,7 +48,7 @@ class OfCalibration:
     only: Annotated[
         str | None, typer.Option("--for", metavar="NAMES", help="Of a calibration: parameters that count.")
     ] = None
-    samples: Annotated[int | None, typer.Option(help="Of the log to come (default: 1000).", min=1)] = None
+    samples: Annotated[int | None, typer.Option(help="Of the log to come.", min=1)] = None
     machine: MachinePlace = None
 
     def given(self) -> dict[str, Any]:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from identification.calibration.calibrate import calibrate as calibrate
     from identification.calibration.log import model_log as model_log
+    from identification.calibration.online import OnlineTrack as OnlineTrack
+    from identification.calibration.online import track_online as track_online
     from identification.calibration.pose import Settings as Settings
     from identification.calibration.result import Calibration as Calibration
     from identification.calibration.result import read_calibration as read_calibration

@@ -119,5 +119,9 @@ def test_a_parameter_is_tracked_along_a_log(stickslip, log, tmp_path):
     (a0,) = answer.json["parameters"]
     assert a0["name"] == "a0" and len(a0["values"]) == len(answer.json["nodes"])
     assert a0["values"][5] == pytest.approx(1.5, abs=0.02) and figure.stat().st_size > 1000
+    asked = ("track", "forced_stick_slip", log, "--drift", "a0", "--rate", "a0=0.01")
+    filtered = stickslip(*asked, "--online", "--json")
+    assert filtered.code == 0 and filtered.json["online"] and len(filtered.json["nodes"]) > 100
+    assert "--rate is of a filter" in stickslip(*asked).err
     table = stickslip("track", "forced_stick_slip", log, "--state", "v")
     assert table.code == 0 and "in the middle" in table.out

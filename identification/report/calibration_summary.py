@@ -160,4 +160,4 @@ def draw_calibration(found: Calibration, axes: Axes) -> None:
     axes.plot(log.time, log.measured[name], ".", color="0.6", markersize=3, label="measured")
     axes.plot(log.time[shown], np.asarray(run[name])[shown], color="#0072b2", linewidth=0.9, label="model")
     axes.set(xlabel="time (s)", ylabel=f"{name} ({run.units.get(name, '1')})")
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)  # curves fill the axes

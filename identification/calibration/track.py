@@ -84,7 +84,8 @@ class Drift(Path):
 @dataclass(frozen=True)
 class Course(Pictured):
     """States and parameters along a log. times: (n,) s, of the states; nodes: (k,) s, from which on values of the
-    parameters hold; measured: (n,) by variable, empty in a course that is compared."""
+    parameters hold; measured: (n,) by variable, empty in a course that is compared; online: estimates know the samples
+    until then alone."""
 
     model: str
     title: str
@@ -95,6 +96,7 @@ class Course(Pictured):
     parameters: tuple[Drift, ...]
     residuals: tuple[SeriesResidual, ...]
     measured: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False, compare=False)
+    online: bool = False
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -121,8 +123,13 @@ class Course(Pictured):
             )
         return sentences
 
+    @property
+    def steps(self) -> str:
+        """How it was followed."""
+        return "sample by sample" if self.online else f"{len(self.nodes)} segments"
+
     def _heading(self) -> str:
-        return f"Track: {self.title} along {self.log}, {len(self.nodes)} segments"
+        return f"Track: {self.title} along {self.log}, {self.steps}"
 
     def _contents(self) -> Mapping[str, Any]:
         ends = {
@@ -161,6 +168,21 @@ def track(
             unknowns, an FMU that is co-simulated.
     """
     told = progress or (lambda _: None)
+    free_run, said, wanted = posed(model, log, drift, states, settings, more)
+    begun, x = _begun(free_run, len(drift), said)
+    smoothed, x, gains = _smoothed(begun, x, free_run.noise_known, told)
+    return _course(free_run, smoothed, x, gains, wanted)
+
+
+def posed(
+    model: Model | Fmu | CoupledSystem | Map,
+    log: LogLike,
+    drift: Sequence[str],
+    states: Sequence[str] | None,
+    settings: Settings | None,
+    more: Mapping[str, object],
+) -> tuple[SegmentProblem, Settings, list[str]]:
+    """The free run of a log, what is known of it, and whose courses are wanted; arguments and errors as in `track`."""
     said = replace(settings or Settings(), **more)  # type: ignore[arg-type]  # fields of it, by name
     fmu = opened(model)
     read = model_log(log, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, events=said.events, name="log")
@@ -177,9 +199,7 @@ def track(
         if name not in (*free_run.subject.states, *fmu.outputs):
             raise StickslipError(f"There is no state or output '{name}'.{nearest(name, fmu.states)}")
     subject = subject_of(fmu, drift, [*read.observed, *(name for name in wanted if name not in read.observed)])
-    begun, x = _begun(replace(free_run, subject=subject), len(drift), said)
-    smoothed, x, gains = _smoothed(begun, x, free_run.noise_known, told)
-    return _course(replace(free_run, subject=subject), smoothed, x, gains, wanted)
+    return replace(free_run, subject=subject), said, wanted
 
 
 def _check(said: Settings, log: ModelLog) -> None:

@@ -20,8 +20,9 @@ from identification.inference.problem import SOFT, FitProblem, Solution
 WHITE = 1.2  # mean square of the residuals, in units of the noise, at which a search has arrived
 STAGES = (("cauchy", 3.0, 15), ("cauchy", 30.0, 15), ("linear", 1e3, 15), ("linear", 1e5, 40))
 POLISHED = 3  # stages, after which a free run is tried
-ROUGH = 1e-4  # relative, of a stage
-FINE = 1e-9  # of the last one
+SLOW = 3e-3  # relative, of a soft loss, whose end is no end
+ROUGH = 1e-4  # of the other stages
+FINE = 1e-7  # of the free run
 SEARCHED = 2000  # samples of a log in the search; the last step takes all
 POLISH = 60  # evaluations of the free run
 FOLLOWS = 1.05  # times the misfit of segments: a free run that leaves more has not followed the log
@@ -121,14 +122,16 @@ def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, pr
         for place, (loss, weight, evaluations) in enumerate(stages):
             problem = replace(problem, weight=weight)
             scaled = Scaled(problem, signs_of(problem))
-            x = scaled.natural(
-                levenberg(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=evaluations, loss=loss).values
-            )
+            tolerance = ROUGH if loss == "linear" else SLOW
+            ended = levenberg(scaled, scaled.scaled(x), tolerance=tolerance, evaluations=evaluations, loss=loss)
+            x = scaled.natural(ended.values)
             progress((place + 1) / (len(STAGES) + 1))
             if place + 1 in (POLISHED, len(stages)):
                 horizon = _horizon(problem, x)
-                free = _polished(problem, x, free_run, horizon)
-                if not parted or free.misfit < FOLLOWS * Minimum(problem, _at(problem, x), horizon).misfit:
+                misfit = Minimum(problem, ended, horizon).misfit
+                if free is None or misfit < (1 - ALIKE) * free.misfit:
+                    free = _polished(problem, x, free_run, horizon)
+                if not parted or free.misfit < FOLLOWS * misfit:
                     return free
     except KeyboardInterrupt:
         return Minimum(problem, _at(problem, x), horizon, True)

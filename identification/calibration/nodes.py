@@ -46,17 +46,15 @@ def local_motion(log: ModelLog, rows: np.ndarray, half: int = HALF) -> tuple[Loc
     half = min(half, (log.time.size - 1) // 2)
     windows = np.clip(rows, half, log.time.size - 1 - half)[:, None] + np.arange(-half, half + 1)
     order = min(2, 2 * half)
+    times = log.time[windows] - log.time[rows][:, None]
+    length = np.maximum(np.ptp(times, axis=1), np.finfo(float).tiny)
+    terms = (times / length[:, None])[..., None] ** np.arange(order + 1)
+    inverse = np.linalg.pinv(terms)
     for name, measured in log.measured.items():
-        values = np.empty((len(rows), 2))
-        rest = np.empty(len(rows))
-        for place, (row, window) in enumerate(zip(rows, windows, strict=True)):
-            time = log.time[window] - log.time[row]
-            terms = np.vander(time / max(np.ptp(time), np.finfo(float).tiny), order + 1, increasing=True)
-            solved = np.linalg.lstsq(terms, measured[window], rcond=None)[0]
-            values[place] = solved[0], solved[1] / np.ptp(time) if order else 0.0
-            freedom = max(len(window) - order - 1, 1)
-            rest[place] = np.sqrt(np.sum((terms @ solved - measured[window]) ** 2) / freedom)
-        value[name], speed[name] = values.T
+        solved = (inverse @ measured[windows, None])[..., 0]
+        value[name], speed[name] = solved[:, 0], solved[:, 1] / length if order else np.zeros(len(rows))
+        off = (terms @ solved[..., None])[..., 0] - measured[windows]
+        rest = np.sqrt(np.sum(off**2, axis=1) / max(windows.shape[1] - order - 1, 1))
         thirds = np.abs(np.diff(measured, 3)) if len(measured) > 3 else np.array([np.inf])
         white = float(np.median(thirds)) / MEDIAN / np.sqrt(20.0)  # of a third difference: 1 + 9 + 9 + 1
         white = min(float(np.median(rest)), white) if half else SPREAD * float(np.std(measured))

@@ -114,10 +114,10 @@ class Search:
 
     def _anew(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
         """Once more from segments that are parted anew at the best minimum, as long as that lowers it: states that no
-        log shows then come from better parameters."""
+        log shows then come from better parameters. Where logs show all of them, nothing would be new."""
         trials = self.trials
         assert trials.nodes is not None
-        for _ in range(ANEW):
+        for _ in range(ANEW if np.isnan(trials.nodes.states).any() else 0):
             best = minima[0]
             if best.arrived:
                 break

@@ -26,6 +26,8 @@ Vector = NDArray[np.float64]
 Inputs = Mapping[str, float | Signal]
 
 HALF = 5  # samples to either side that a parabola joins
+# of runs with tangents: slopes to 1e-9 for three quarters of the time of all that rounding allows
+TOLERANCE, EXACT = 1e-11, 1e-14
 KINEMATIC = 1e-9  # relative: so near to the rate of a state another one is that rate
 
 
@@ -166,7 +168,9 @@ class OwnSubject(Subject):
         self.contacts = tuple(fmu.contacts)
         self._kept, self._field = KeptRun(fmu), VectorField(fmu, {})
         self._windows: WeakKeyDictionary[Window, RunWindow] = WeakKeyDictionary()
-        self._sensitive = SensitiveRun(fmu, by=self.by, recorded=self.recorded)
+        # times of events are followed along whole motions, which may be chaotic
+        tolerance = EXACT if self.timed else TOLERANCE
+        self._sensitive = SensitiveRun(fmu, by=self.by, recorded=self.recorded, tolerance=tolerance)
         compliant = set(fmu.contacts) - set(fmu.impacts)
         self._stops = [place for place, name in enumerate(fmu.contacts) if name in compliant]
 

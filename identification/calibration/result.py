@@ -21,7 +21,8 @@ from fmu_models.base.trust import admit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.trajectory import Trajectory
 from identification.calibration.log import ModelLog, Reading
-from identification.calibration.problem import IDEAL, SegmentProblem, Sensor
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.segments import IDEAL, Sensor
 from identification.calibration.systems import opened
 from identification.inference.defaults import SEED
 from identification.inference.identifiability import Collinearity

@@ -21,8 +21,9 @@ from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.simulation.rows import RunRows
 from identification.calibration.descent import ALIKE, LEFT, Minimum, Progress, begun, best_first
-from identification.calibration.nodes import local_motion, nodes_of, rolled
-from identification.calibration.problem import SegmentProblem, whole
+from identification.calibration.nodes import local_motion, nodes_of
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.segments import whole
 from identification.calibration.trials import Trials
 from identification.calibration.unknowns import BOX, FreeParameter, Scaled, signs_of
 from identification.calibration.untold import telling
@@ -128,15 +129,15 @@ class Search:
 
     def _anew(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
         """Once more from segments that are parted anew at the best minimum, as long as that lowers it: states that no
-        log shows then come from better parameters."""
+        log shows then come from better parameters. Where logs show all of them, nothing would be new."""
         trials = self.trials
         assert trials.nodes is not None
-        for _ in range(ANEW):
+        for _ in range(ANEW if np.isnan(trials.nodes.states).any() else 0):
             best = minima[0]
             if best.arrived:
                 break
             x = begun(best.problem, best.solution.values)
-            row = np.append(x, rolled(trials.light, x, trials.nodes)[0])
+            row = np.append(x, trials.nodes.rolled(x)[0])
             minima = self._descended([row], minima)
             if minima[0].misfit > (1 - ALIKE) * best.misfit:
                 break

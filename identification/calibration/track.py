@@ -19,11 +19,11 @@ from fmu_models.base.record import record
 from fmu_models.base.shown import Pictured
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
-from identification.calibration.descent import STAGES, Progress, over_segments
+from identification.calibration.descent import STAGES, Progress
 from identification.calibration.drifting import CHANCE, DriftProblem
 from identification.calibration.follow import residuals_of
 from identification.calibration.log import LogLike, ModelLog, model_log
-from identification.calibration.nodes import nodes_of, rolled
+from identification.calibration.nodes import nodes_of
 from identification.calibration.pose import Settings, problem_of, with_instruments
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.result import SeriesResidual
@@ -84,7 +84,8 @@ class Drift(Path):
 @dataclass(frozen=True)
 class Course(Pictured):
     """States and parameters along a log. times: (n,) s, of the states; nodes: (k,) s, from which on values of the
-    parameters hold; measured: (n,) by variable, empty in a course that is compared."""
+    parameters hold; measured: (n,) by variable, empty in a course that is compared; online: estimates know the samples
+    until then alone."""
 
     model: str
     title: str
@@ -95,6 +96,7 @@ class Course(Pictured):
     parameters: tuple[Drift, ...]
     residuals: tuple[SeriesResidual, ...]
     measured: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False, compare=False)
+    online: bool = False
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -121,8 +123,13 @@ class Course(Pictured):
             )
         return sentences
 
+    @property
+    def steps(self) -> str:
+        """How it was followed."""
+        return "sample by sample" if self.online else f"{len(self.nodes)} segments"
+
     def _heading(self) -> str:
-        return f"Track: {self.title} along {self.log}, {len(self.nodes)} segments"
+        return f"Track: {self.title} along {self.log}, {self.steps}"
 
     def _contents(self) -> Mapping[str, Any]:
         ends = {
@@ -161,6 +168,21 @@ def track(
             unknowns, an FMU that is co-simulated.
     """
     told = progress or (lambda _: None)
+    free_run, said, wanted = posed(model, log, drift, states, settings, more)
+    begun, x = _begun(free_run, len(drift), said)
+    smoothed, x, gains = _smoothed(begun, x, free_run.noise_known, told)
+    return _course(free_run, smoothed, x, gains, wanted)
+
+
+def posed(
+    model: Model | Fmu | CoupledSystem | Map,
+    log: LogLike,
+    drift: Sequence[str],
+    states: Sequence[str] | None,
+    settings: Settings | None,
+    more: Mapping[str, object],
+) -> tuple[SegmentProblem, Settings, list[str]]:
+    """The free run of a log, what is known of it, and whose courses are wanted; arguments and errors as in `track`."""
     said = replace(settings or Settings(), **more)  # type: ignore[arg-type]  # fields of it, by name
     fmu = opened(model)
     read = model_log(log, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, events=said.events, name="log")
@@ -177,9 +199,7 @@ def track(
         if name not in (*free_run.subject.states, *fmu.outputs):
             raise StickslipError(f"There is no state or output '{name}'.{nearest(name, fmu.states)}")
     subject = subject_of(fmu, drift, [*read.observed, *(name for name in wanted if name not in read.observed)])
-    begun, x = _begun(replace(free_run, subject=subject), len(drift), said)
-    smoothed, x, gains = _smoothed(begun, x, free_run.noise_known, told)
-    return _course(replace(free_run, subject=subject), smoothed, x, gains, wanted)
+    return replace(free_run, subject=subject), said, wanted
 
 
 def _check(said: Settings, log: ModelLog) -> None:
@@ -196,7 +216,7 @@ def _begun(free_run: SegmentProblem, count: int, said: Settings) -> tuple[DriftP
     """Segments with values of their own, each a log of its own, and where the search begins."""
     (log,) = free_run.logs
     nodes = nodes_of(free_run, [free_run.first], rates_of(free_run), said.segments)
-    problem, x = over_segments(free_run, nodes, free_run.first, rolled(free_run, free_run.first, nodes)[0])
+    problem, x = nodes.placed(free_run.first, nodes.rolled(free_run.first)[0])
     number = len(problem.segments)
     walks = np.arange(count * number).reshape(count, number)
     walking = [
@@ -272,9 +292,10 @@ def _course(
         times = np.unique(np.append(piece.time, problem.segments[number].end))
         run = subject.respond(problem.stretch(number, x, times))
         at = np.searchsorted(times, piece.time)
-        places, used = problem.columns(number)
+        places = problem.differentiated(number)
+        used = np.flatnonzero(places >= 0)
         slopes = run.slopes[at][:, columns][:, :, used]
-        block = covariance[np.ix_(places, places)]
+        block = covariance[np.ix_(places[used], places[used])]
         values.append(run.values[at][:, columns])
         deviations.append(np.sqrt(np.maximum(np.einsum("nkp,pq,nkq->nk", slopes, block, slopes), 0.0)))
     variables = subject.fmu.variables

@@ -14,7 +14,7 @@ from identification.disturbances.term import LASER, DisturbanceTerm, Effect, Whe
 from identification.inference.problem import Prior
 from identification.measurement.pooled import Pool
 
-CURVES = 6  # of a drift in each log, as many as `measurement.laser_drift` takes
+CURVES = 6  # of a drift in each log
 FURTHEST = 0.1  # over R, of what a laser shows too much
 DRIFTING, LEAST_DRIFT = 2e-4, 1e-5  # m, of a laser: assumed until it is found, and at least
 

@@ -108,7 +108,8 @@ def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
         seen.add(frozenset(better))
         try:
             ahead = solved(table.moved(better), better)
-            ahead[-1].likelihood(better)
+            if not np.isfinite(ahead[-1].likelihood(better)):
+                break
         except np.linalg.LinAlgError:  # likely to first order only: with it slips are not followed
             break
         (slips, guess, tau, table), chosen = ahead, better

@@ -20,7 +20,6 @@ from identification.measurement.lost_counts import lost_counts, lost_words
 from identification.measurement.motion import (
     HOLE,
     LINE_ERROR,
-    SMOOTHING,
     DiscMotion,
     EdgeEquations,
     Passes,
@@ -289,7 +288,7 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     lines = len(np.unique(equations.line))
     if lines < LEAST_LINES:
         return list(motions), _as_stated(motions)
-    mended, notes = without_drift(usable, equations, window / SMOOTHING)
+    mended, notes = without_drift(usable, equations)
     steady = [new is old for old, new in zip(usable, mended, strict=True)]
     if notes:
         moved = {id(old): new for old, new in zip(usable, mended, strict=True)}

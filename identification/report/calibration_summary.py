@@ -78,13 +78,21 @@ def residuals_table(residuals: Sequence[SeriesResidual]) -> PrintedTable:
 def experiments_table(ranked: Experiments) -> PrintedTable:
     """Deviations as they are, and with each candidate beside the logs, the best first."""
     names = list(ranked.deviations)
-    heads = list(ranked.candidates[0].settings)
-    rows: list[list[str | Cell]] = [["as it is", *[""] * (len(heads) - 1), *(sd(ranked.deviations[n]) for n in names)]]
+    settings: dict[str, str | Cell] = {name: "" for one in ranked.candidates for name in one.settings}
+    labels = ["experiment"] if any(one.label for one in ranked.candidates) else []
+    blank = [""] * (len(labels) + len(settings) - 1)
+    rows: list[list[str | Cell]] = [["as it is", *blank, *(sd(ranked.deviations[name]) for name in names)]]
     for candidate in ranked.candidates:
         if candidate.refused is None:
-            settings = (number(value, ".4g") for value in candidate.settings.values())
-            rows.append([*settings, *(sd(candidate.deviations[name]) for name in names)])
-    columns = [*heads, *(f"sd {name}" for name in names)]
+            values = {**settings, **{name: number(value, ".4g") for name, value in candidate.settings.items()}}
+            rows.append(
+                [
+                    *([candidate.label] if labels else []),
+                    *values.values(),
+                    *(sd(candidate.deviations[n]) for n in names),
+                ]
+            )
+    columns = [*labels, *settings, *(f"sd {name}" for name in names)]
     return table(f"Predicted with one more log of {ranked.duration:g} s", columns, rows)
 
 
@@ -152,4 +160,4 @@ def draw_calibration(found: Calibration, axes: Axes) -> None:
     axes.plot(log.time, log.measured[name], ".", color="0.6", markersize=3, label="measured")
     axes.plot(log.time[shown], np.asarray(run[name])[shown], color="#0072b2", linewidth=0.9, label="model")
     axes.set(xlabel="time (s)", ylabel=f"{name} ({run.units.get(name, '1')})")
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)  # curves fill the axes

@@ -39,6 +39,7 @@ class Case:
     names: frozenset[str] = frozenset()
     bent: dict[str, Any] = field(default_factory=dict)
     faults: Faults = field(default_factory=Faults)
+    both_ways: bool = False
 
 
 def either(rng: np.random.Generator, low: float, high: float) -> float:
@@ -92,13 +93,82 @@ def spring_and_wear(rng: np.random.Generator) -> Case:
     return Case(both.names | worn.names, {**both.bent, **worn.bent})
 
 
-def hum(rng: np.random.Generator) -> Case:
-    return Case(faults=Faults(laser=lambda t, angle: 3e-4 * np.sin(2 * np.pi * 50 * t)))
+def direction(rng: np.random.Generator) -> Case:
+    return Case(frozenset({"direction"}), {"sided": either(rng, 0.005, 0.03)}, both_ways=True)
 
 
-def walk(rng: np.random.Generator) -> Case:
-    steps = np.cumsum(rng.standard_normal(20_000)) * 1e-4 / 0.125 / 100
-    return Case(faults=Faults(laser=lambda t, angle: steps[: len(t)]))
+def body_encoder(rng: np.random.Generator) -> Case:
+    size, phase = rng.uniform(3e-3, 1e-2), rng.uniform(0, 6.28)
+    return Case(frozenset({"body-encoder"}), faults=Faults(body=lambda angle: size * np.sin(angle + phase)))
+
+
+def laser_clock(rng: np.random.Generator) -> Case:
+    rate = either(rng, 1e-4, 3e-4)
+    return Case(frozenset({"laser-clock"}), faults=Faults(late=lambda t: rate * (t - 5), alone=True))
+
+
+def laser_late(rng: np.random.Generator) -> Case:
+    late = either(rng, 5e-4, 2e-3)
+    return Case(frozenset({"laser-late"}), faults=Faults(late=lambda t: late + 0 * t, alone=True))
+
+
+def vibration(rng: np.random.Generator) -> Case:
+    size, rate = rng.uniform(1e-4, 4e-4), rng.uniform(12, 90)
+    return Case(
+        frozenset({"laser-vibration"}), faults=Faults(laser=lambda t, angle: size * np.sin(2 * np.pi * rate * t))
+    )
+
+
+def walk(rng: np.random.Generator, alone: bool = False) -> Case:
+    """0.1 to 0.2 mm after ten seconds."""
+    steps = np.cumsum(rng.standard_normal(20_000)) * rng.uniform(1e-4, 2e-4) / 0.125 / 100
+    names = frozenset({"laser-walk"} if alone else ())
+    return Case(names, faults=Faults(laser=lambda t, angle: steps[: len(t)], alone=alone))
+
+
+def torque(of: Callable[[float, float], float]) -> Case:
+    """A torque beside, N m: (time, angle of the body)."""
+    return Case(bent={"torque": of})
+
+
+def magnet(rng: np.random.Generator) -> Case:
+    """Narrow, on one side of the body; a free decay passes it too."""
+    size, at, width = either(rng, 2e-3, 6e-3), rng.uniform(0.0, 0.12), rng.uniform(0.005, 0.02)
+    return torque(lambda t, angle: size * (angle - at) / width * np.exp(0.5 - 0.5 * ((angle - at) / width) ** 2))
+
+
+def coloured(rng: np.random.Generator, size: float, memory: float) -> Callable[[float, float], float]:
+    """Noise of a bearing, or of a draft."""
+    kept, value = np.exp(-1e-2 / memory), [0.0]
+    for kick in rng.standard_normal(2500):
+        value.append(kept * value[-1] + np.sqrt(1 - kept**2) * size * kick)
+    time = 1e-2 * np.arange(len(value)) - 6
+    return lambda t, angle: float(np.interp(t, time, value))
+
+
+def bearing(rng: np.random.Generator) -> Case:
+    return torque(coloured(rng, float(rng.uniform(5e-4, 2e-3)), 0.05))
+
+
+def draft(rng: np.random.Generator) -> Case:
+    return torque(coloured(rng, float(rng.uniform(5e-4, 2e-3)), 1.0))
+
+
+def cable(rng: np.random.Generator) -> Case:
+    """It is straight beyond an angle, and pulls."""
+    size, at = rng.uniform(0.01, 0.04), rng.uniform(0.05, 0.12)
+    return torque(lambda t, angle: -size * max(angle - at, 0.0))
+
+
+def table(rng: np.random.Generator) -> Case:
+    size, rate = rng.uniform(5e-4, 3e-3), rng.uniform(2, 8)
+    return torque(lambda t, angle: size * np.sin(2 * np.pi * rate * t))
+
+
+def warm_laser(rng: np.random.Generator) -> Case:
+    """Its gain follows its temperature."""
+    size = either(rng, 1e-3, 4e-3)
+    return Case(faults=Faults(laser=lambda t, angle: size * np.sin(angle) * np.exp(-t / 4)))
 
 
 def rocking(rng: np.random.Generator) -> Case:
@@ -110,7 +180,11 @@ CASES: dict[str, Callable[[np.random.Generator], Case]] = {
     "clean": lambda rng: Case(),
     **{"spring": spring, "damping": damping, "wear": wear, "warm-up": warm_up, "normal-force": normal_force},
     **{"drive-encoder": drive_encoder, "laser-bend": laser_bend, "spring+wear": spring_and_wear},
-    **{"u:hum": hum, "u:walk": walk, "u:rocking": rocking},
+    **{"direction": direction, "body-encoder": body_encoder, "laser-late": laser_late, "laser-clock": laser_clock},
+    **{"laser-vibration": vibration, "laser-walk": lambda rng: walk(rng, alone=True)},
+    **{"clean-both": lambda rng: Case(both_ways=True), "clean-alone": lambda rng: Case(faults=Faults(alone=True))},
+    **{"walk": walk, "u:rocking": rocking, "u:magnet": magnet, "u:bearing": bearing, "u:draft": draft},
+    **{"u:cable": cable, "u:table": table, "u:warm-laser": warm_laser},
 }
 
 
@@ -124,6 +198,8 @@ def fitted(name: str, seed: int, estimator: str) -> tuple[FrictionFit, np.ndarra
     mu_k, fall, p = rng.uniform([0.25, 0.12, 9.0], [0.42, 0.3, 22.0])
     case, speeds = CASES[name](rng), np.exp(rng.uniform(SLOWEST, FASTEST))
     bench = with_drawn_constants(replace(Bench(lambda v: fall / (1 + p * v) + mu_k), **case.bent), rng)
+    if case.both_ways:
+        speeds = speeds * [1, -1, 1]
     logs = foreign_logs(bench, seed, tuple(speeds), faults=case.faults)
     begin = time.process_time()
     fit = fit_friction(logs, estimator=estimator)

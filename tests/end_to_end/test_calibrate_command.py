@@ -66,6 +66,13 @@ def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tm
     ranked = stickslip("design", result, "--try", "omega=0.8,1.2", "--for", "k", "--json")
     assert {one["settings"]["omega"] for one in ranked.json["candidates"]} == {0.8, 1.2}
     assert ranked.json["candidates"][0]["deviations"]["k"] < ranked.json["deviations"]["k"]
+    speed = tmp_path / "speed.csv"
+    asked = ("--input", "v_dr=0.6:1.4", "--levels", "3", "--samples", "50", "--duration", "10")
+    planned = stickslip("design", result, *asked, "--for", "k", "-o", speed)
+    assert planned.code == 0 and "best of random" in planned.out and "written" in planned.out
+    assert stickslip("simulate", "forced_stick_slip", "--input", f"v_dr={speed}:v_dr", "--until", "10").code == 0
+    assert "-o writes inputs" in stickslip("design", result, "--within", "omega=1:2", "-o", speed).err
+    assert "values, --try" in stickslip("design", result, "--for", "k").err
     refused = stickslip("compare", result, log, "--scene", "a.toml")
     assert refused.code == 2 and "that of any model; --scene: for that of a rig or a machine" in refused.err
 
@@ -112,5 +119,9 @@ def test_a_parameter_is_tracked_along_a_log(stickslip, log, tmp_path):
     (a0,) = answer.json["parameters"]
     assert a0["name"] == "a0" and len(a0["values"]) == len(answer.json["nodes"])
     assert a0["values"][5] == pytest.approx(1.5, abs=0.02) and figure.stat().st_size > 1000
+    asked = ("track", "forced_stick_slip", log, "--drift", "a0", "--rate", "a0=0.01")
+    filtered = stickslip(*asked, "--online", "--json")
+    assert filtered.code == 0 and filtered.json["online"] and len(filtered.json["nodes"]) > 100
+    assert "--rate is of a filter" in stickslip(*asked).err
     table = stickslip("track", "forced_stick_slip", log, "--state", "v")
     assert table.code == 0 and "in the middle" in table.out

@@ -13,7 +13,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
 from identification.calibration.calibrate import calibrate
 from identification.calibration.log import ModelLog
-from identification.calibration.subject import Stretch
+from identification.calibration.subject import Stretch, Window
 from identification.calibration.systems import SOLVER, subject_of
 
 bench = benchmark_script("bench_calibrate")
@@ -29,7 +29,7 @@ def test_differences_of_runs_are_derivatives(model: Models):
     """Of exp(-k t) x0: -t exp(-k t) x0 and exp(-k t), to the square of the step (1e-8)."""
     subject = subject_of(model("dahlquist"), ["k"], ["x"])
     time = np.linspace(0, 3, 31)
-    run = subject.respond(Stretch(0.0, time, {"k": 0.7}, {"x": 2.0}, {}))
+    run = subject.respond(Stretch(Window(0.0, time, {}), {"k": 0.7}, {"x": 2.0}))
     decay = np.exp(-0.7 * time)
     assert run.slopes[:, 0, 0] == pytest.approx(-2 * time * decay, abs=3e-8)
     assert run.slopes[:, 0, 1] == pytest.approx(decay, abs=3e-8)
@@ -41,7 +41,7 @@ def test_derivative_just_behind_an_impact_is_that_of_the_flight(model: Models):
     e, g, fall = 0.7, 9.81, np.sqrt(2 / 9.81)
     for after in (1e-6, -1e-6):
         time = np.array([fall + after])
-        run = subject.respond(Stretch(0.0, time, {"g": g, "e": e}, {"h": 1.0, "v": 0.0}, {}))
+        run = subject.respond(Stretch(Window(0.0, time, {}), {"g": g, "e": e}, {"h": 1.0, "v": 0.0}))
         expected = (1 + e) * fall / 2 - fall if after > 0 else -fall
         # one side only: to the first power of the step, and its rounding
         assert run.slopes[0, 1, 0] == pytest.approx(expected, abs=1e-3)

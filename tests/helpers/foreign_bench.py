@@ -42,10 +42,14 @@ def with_drawn_constants(bench: Bench, rng: np.random.Generator) -> Bench:
 
 @dataclass(frozen=True)
 class Faults:
-    """Of instruments. drive: (angle) -> what its encoder shows too much, rad; laser: (time, angle of the body) -> what
-    it shows too much over R; lost: times at which the body's encoder loses a count, s."""
+    """Of instruments. drive, body: (angle) -> what its encoder shows too much, rad; laser: (time, angle of the body) ->
+    what it shows too much over R; late: time -> by how much the laser is, s; lost: times at which the body's encoder
+    loses a count, s; alone: whether the laser has no encoder beside."""
 
     drive: Callable[[np.ndarray], np.ndarray] = np.zeros_like
+    body: Callable[[np.ndarray], np.ndarray] = np.zeros_like
+    late: Callable[[np.ndarray], np.ndarray] = np.zeros_like
+    alone: bool = False
     laser: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda time, angle: 0 * time
     lost: tuple[float, ...] = ()
 
@@ -79,16 +83,18 @@ def foreign_logs(
                 )
             )
             experiment = Experiment(drive_speed=(speed,))
-        turned = np.interp(ticks, time, angle)
+        turned = np.interp(ticks - faults.late(ticks), time, angle)
         shown = gain * bench.R * (np.sin(turned) + faults.laser(ticks, turned)) + NOISE * rng.standard_normal(
             len(ticks)
         )
         columns |= {"laser": np.round(5 + STEP * np.round(shown / STEP) / 0.01, 9)}
-        columns |= dict(zip(("encoder_count", "encoder_edge_time"), body.read(time, angle, ticks), strict=True))
-        columns["encoder_count"] = columns["encoder_count"] - np.searchsorted(faults.lost, ticks)
+        if not faults.alone:
+            edges = body.read(time, angle + faults.body(angle), ticks)
+            columns |= dict(zip(("encoder_count", "encoder_edge_time"), edges, strict=True))
+            columns["encoder_count"] = columns["encoder_count"] - np.searchsorted(faults.lost, ticks)
         calibration = InstrumentCalibrations(
-            LaserCalibration(0.01, 5.0, 0.0, NOISE, 0.0, 10.0),
-            EncoderCalibration(1000),
+            LaserCalibration(0.01, 5.0, 0.0, NOISE, 0.0, 10.0, gain_deviation=0.002 if faults.alone else None),
+            None if faults.alone else EncoderCalibration(1000),
             None if speed is None else EncoderCalibration(1000),
         )
         units = {name: COLUMNS[name].unit for name in ("time", *columns)}

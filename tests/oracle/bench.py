@@ -1,10 +1,10 @@
 """A test bench of one driven disc, emulated without anything of ours: what estimators are judged by.
 
-    J theta'' = -k theta (1 + k3 theta^2) - c omega - c2 |omega| omega + R F
+    J theta'' = -k theta (1 + k3 theta^2) - c omega - c2 |omega| omega + M(t, theta) + R F
     slip:  F = s N mu(|v|) A,  v = r w - R omega,  s = sign v;      stick: v = 0 while |F| <= N mu(0) A
 
-A = factor(t, theta, log, angle of the drive). A piece of slip is integrated by SciPy's DOP853, one of stick follows the
-drive.
+A = factor(t, theta, log, angle of the drive) (1 + sided s), M a torque of whatever is beside. A piece of slip is
+integrated by SciPy's DOP853, one of stick follows the drive.
 """
 
 from __future__ import annotations
@@ -35,12 +35,20 @@ class Bench:
     k3: float = 0.0
     c2: float = 0.0
     factor: Callable[[float, float, int, float], float] = lambda time, angle, log, turned: 1.0
+    sided: float = 0.0
+    torque: Callable[[float, float], float] = lambda time, angle: 0.0
     ripple: tuple[float, float] = (0.004, 0.001)
     hunting: float = 0.0015
 
-    def free(self, angle: float, speed: float) -> float:
-        """Torque of spring and damping, N m."""
-        return -self.k * angle * (1 + self.k3 * angle**2) - (self.c + self.c2 * abs(speed)) * speed
+    def free(self, time: float, angle: float, speed: float) -> float:
+        """Torque of spring, damping and what is beside, N m."""
+        own = -self.k * angle * (1 + self.k3 * angle**2) - (self.c + self.c2 * abs(speed)) * speed
+        return own + self.torque(time, angle)
+
+    def most(self, time: float, angle: float, log: int, turned: float, force: float) -> float:
+        """Force that breaks a stick away where it carries this one, N."""
+        one_sided = 1 + self.sided * float(np.sign(force))
+        return self.N * self.mu(0.0) * self.factor(time, angle, log, turned) * one_sided
 
 
 class Drive:
@@ -98,7 +106,7 @@ def slips_and_sticks(bench: Bench, drive: Drive, end: float, log: int) -> tuple[
             if inside.any():
                 angles[inside] = run.sol(grid[inside])[0]
             force = _held(bench, drive, time, angle)
-            sticks = abs(force) <= bench.N * bench.mu(0.0) * bench.factor(time, angle, log, drive.turned(time))
+            sticks = abs(force) <= bench.most(time, angle, log, drive.turned(time), force)
             sign = float(np.sign(force))
     return grid[grid >= 0], angles[grid >= 0]
 
@@ -107,7 +115,7 @@ def _held(bench: Bench, drive: Drive, time: float, angle: float) -> float:
     """Force that keeps the body on its drive, N."""
     speed, rate = drive.at(time)
     ratio = bench.r / bench.R
-    return (bench.J * ratio * rate - bench.free(angle, ratio * speed)) / bench.R
+    return (bench.J * ratio * rate - bench.free(time, angle, ratio * speed)) / bench.R
 
 
 def _stick(
@@ -120,7 +128,7 @@ def _stick(
     def over(time: float) -> tuple[float, float, float]:
         there = angle + ratio * float(np.interp(time, drive.time, drive.angle) - off)
         force = _held(bench, drive, time, there)
-        return abs(force) - bench.N * bench.mu(0.0) * bench.factor(time, there, log, drive.turned(time)), there, force
+        return abs(force) - bench.most(time, there, log, drive.turned(time), force), there, force
 
     off = float(np.interp(time, drive.time, drive.angle))
     before, there, force = over(time)
@@ -138,8 +146,8 @@ def _slip(bench: Bench, drive: Drive, start: tuple[float, float, float, float], 
 
     def rates(time: float, state: np.ndarray) -> list[float]:
         slip = max(sign * (bench.r * drive.at(time)[0] - bench.R * state[1]), 0.0)
-        friction = sign * bench.N * bench.mu(slip) * bench.factor(time, state[0], log, drive.turned(time))
-        return [state[1], (bench.free(state[0], state[1]) + bench.R * friction) / bench.J]
+        share = bench.factor(time, state[0], log, drive.turned(time)) * (sign + bench.sided)
+        return [state[1], (bench.free(time, state[0], state[1]) + bench.R * bench.N * bench.mu(slip) * share) / bench.J]
 
     def meets(time: float, state: np.ndarray) -> float:
         return sign * (bench.r * drive.at(time)[0] - bench.R * state[1])
@@ -160,7 +168,7 @@ def free_decay(bench: Bench, end: float, start: float = 0.15) -> tuple[np.ndarra
     """Times (n,) s and angles (n,) rad of a body that nothing touches."""
     grid = np.arange(round(end * RATE)) / RATE
     run = solve_ivp(
-        lambda time, state: [state[1], bench.free(state[0], state[1]) / bench.J],
+        lambda time, state: [state[1], bench.free(time, state[0], state[1]) / bench.J],
         *((0, end), [start, 0.0], "DOP853"),
         t_eval=grid,
         rtol=1e-10,

@@ -16,13 +16,13 @@ from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
-from identification.calibration.descent import Minimum, best_first, over_segments
+from identification.calibration.descent import Minimum, best_first
 from identification.calibration.log import model_log
-from identification.calibration.nodes import nodes_of, rolled
+from identification.calibration.nodes import nodes_of
 from identification.calibration.pose import Settings, problem_of
-from identification.calibration.problem import Sensor
 from identification.calibration.result import read_calibration
 from identification.calibration.search import Plan, Search
+from identification.calibration.segments import Sensor
 from identification.inference.problem import Solution
 
 
@@ -114,7 +114,7 @@ def test_residuals_alone_are_those_with_slopes(belt):
     settings = Settings(sensors={"x": Sensor(clip=(-10.0, 1.3))}, sensed=[("x", "delay")], events={"belt": "t_stick"})
     problem, _ = problem_of(belt, [model_log(log, belt, events=settings.events)], ["k", "a0"], settings)
     nodes = nodes_of(problem, [problem.first], {"x": "v"}, 4)
-    problem, x = over_segments(problem, nodes, problem.first, rolled(problem, problem.first, nodes)[0])
+    problem, x = nodes.placed(problem.first, nodes.rolled(problem.first)[0])
     here = problem.evaluate(x)
     np.testing.assert_allclose(problem.residual(x), here.residual, atol=1e-9)
     for place in range(len(x)):

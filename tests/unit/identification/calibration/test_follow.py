@@ -18,8 +18,8 @@ from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
 from identification.calibration.follow import follow
 from identification.calibration.log import Reading, model_log
-from identification.calibration.problem import Sensor
 from identification.calibration.result import read_calibration
+from identification.calibration.segments import Sensor
 from identification.report.calibration_figures import followed_figure
 from identification.report.calibration_page import calibration_findings
 from identification.report.calibration_summary import followed_sentences

@@ -121,10 +121,10 @@ def test_a_wrong_radius_is_no_wear(mode: str) -> None:
 @pytest.mark.nightly
 def test_a_drift_of_the_laser_is_told_by_the_encoder_and_taken_off() -> None:
     ready = bench(Disturbances(drift=3e-4), duration=20.0)
-    said = [one for one in ready.sensors.warnings if "drifts slowly" in one]
+    said = [one for one in ready.sensors.warnings if "drifts against" in one]
     assert len(said) == 3 and not any("two clocks" in one for one in ready.sensors.warnings)
     error = np.abs(fit_friction(ready, estimator="weak-form").law_values / TRUTH - 1)
-    # what is left of the drift beyond six cosines; without correction some 4, 4 and 34 %
+    # without correction some 4, 4 and 34 %
     assert (error < [0.01, 0.01, 0.05]).all()
 
 

@@ -92,15 +92,22 @@ def test_a_wrong_radius_is_told_with_both_that_it_may_be() -> None:
 
 
 def test_what_nobody_knows_has_no_name_and_widens_the_law() -> None:
-    walk = np.cumsum(np.random.default_rng(1).standard_normal(10_001)) * 1e-4 / 0.125 / 100
+    """The torque of a draft."""
+    gusts = np.cumsum(np.random.default_rng(1).standard_normal(200)) * 4e-4
+    time = 0.1 * np.arange(200) - 7
 
-    def walking(time: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        return walk[: len(time)]
-
-    fit = fit_friction(logs(9, Faults(laser=walking)))
+    fit = fit_friction(logs(9, torque=lambda t, angle: float(np.interp(t, time, gusts))))
     assert fit.free is not None and fit.free.unexplained > 0 and fit.causes == ()
     assert all(parameter.law_deviation for parameter in fit.parameters)
     assert np.all(np.abs(off(fit)) < 4)
+
+
+def test_a_laser_that_walks_is_told_by_the_encoder_and_taken_off() -> None:
+    walk = np.cumsum(np.random.default_rng(1).standard_normal(10_001)) * 2e-4 / 0.125 / 100
+    said, still = (pool(logs(9, Faults(laser=lambda t, angle, size=size: size * walk[: len(t)]))) for size in (1, 0))
+    assert sum("drifts against" in one for one in said.sensors.warnings) == 2 and not still.sensors.warnings
+    for walked, whole in zip(said.motions, still.motions, strict=True):
+        assert np.std(walk) > 3e-4 and np.std(walked.angle - whole.angle) < 1e-4
 
 
 @pytest.mark.nightly

@@ -146,12 +146,12 @@ class Search:
     def _otherwise(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
         """Those of longer segments too, where all are doubtful, unless two ended in one free run: a node beside an
         event misleads every guess."""
-        plan, segments = self.plan, self.trials.nodes.segments if self.trials.nodes else ()
-        best, *others = minima
+        plan, nodes, (best, *others) = self.plan, self.trials.nodes, minima
+        assert nodes is not None
         agreed = len(best.problem.segments) == len(best.problem.logs) and any(best.near(other) for other in others)
         if agreed or best.arrived or best.misfit < DOUBTFUL or plan.segments:
             return minima
-        count = max(round(LONGER * len(segments) / len(self.trials.light.logs)), 1)
+        count = max(round(LONGER * len(nodes.states) / len(self.trials.light.logs)), 1)
         plan = replace(plan, segments=count, progress=lambda _: None, execution=replace(plan.execution, store=None))
         again = Search(self.trials.free_run, self.free, plan)
         with again.runner:

@@ -32,7 +32,8 @@ def calibration_report(found: Calibration) -> Group:
 
 def verdicts(found: Calibration) -> list[str]:
     """What the logs leave open, other minima, warnings."""
-    return [*found.directions, *_minima(found), *found.warnings]
+    hint = ["What would tell that: stickslip design RESULT --within NAME=LOW:HIGH."] if found.directions else []
+    return [*found.directions, *hint, *_minima(found), *found.warnings]
 
 
 def values_table(found: Calibration) -> PrintedTable:

@@ -106,6 +106,7 @@ def test_profile_and_posterior_are_as_wide_as_deviations_where_all_is_nearly_lin
     assert found.interval("k") == profiled.ends and profiled.kind == "profile"
     wide = 2 * 1.966 * float(k.standard_deviation or np.nan)  # Student's t of 399 degrees of freedom
     assert profiled.ends[1] - profiled.ends[0] == pytest.approx(wide, rel=0.05)
+    assert found.posterior is not None
     drawn = next(one for one in found.posterior.marginals if one.name == "k")
     assert drawn.standard_deviation == pytest.approx(k.standard_deviation, rel=0.15)
     assert "Posterior" in found.summary()

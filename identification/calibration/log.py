@@ -154,7 +154,8 @@ def model_log(
             )
         unit = str(fmu.variables[variable].unit or "1")
         if variable in fmu.inputs:
-            driven[variable] = log.signal(column, unit, f"input '{variable}'")
+            signal = log.signal(column, unit, f"input '{variable}'")
+            driven[variable] = float(signal.value[0]) if np.ptp(signal.value) == 0 else signal
         else:
             measured[variable] = log.values(column, unit, f"variable '{variable}'")
             stated = log.units.get(column)

@@ -183,5 +183,4 @@ def _blocked(
 
 def defaults(problem: SegmentProblem) -> np.ndarray:
     """(states,) start values of the model."""
-    variables = problem.subject.fmu.variables
-    return np.array([float(variables[name].start or 0.0) for name in problem.subject.states])
+    return np.array([problem.subject.fmu.start_of(name) for name in problem.subject.states])

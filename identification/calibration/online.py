@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,15 +27,12 @@ from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.signal import Signal
 from identification.calibration.drifting import CHANCE
-from identification.calibration.follow import residuals_of
 from identification.calibration.log import LogLike, measurable
 from identification.calibration.pose import Settings
-from identification.calibration.problem import SegmentProblem
 from identification.calibration.segments import IDEAL, Sensor
 from identification.calibration.subject import Inputs, Stretch, Vector, Window
 from identification.calibration.systems import opened, subject_of
-from identification.calibration.track import FIRST, Course, Drift, Path, posed
-from identification.inference.problem import Evaluation
+from identification.calibration.track import FIRST, Course, course_of, posed
 
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
@@ -271,11 +268,19 @@ def track_online(
         ], run.log_likelihood
 
     estimates, likelihood = followed(walks)
-    gains = {}
+
+    def course(name: str) -> tuple[Vector, Vector]:
+        pairs = np.array([(one.values[name], one.deviations[name]) for one in estimates])
+        return pairs[:, 0], pairs[:, 1]
+
+    drifts = {}
     for number, name in enumerate(drift):
         (progress or (lambda _: None))((number + 1) / (len(drift) + 1))
-        gains[name] = 2 * (likelihood - followed({**walks, name: 0.0})[1])
-    return _course(free_run, estimates, wanted, {name: (walks[name], gains[name]) for name in drift})
+        gain = 2 * (likelihood - followed({**walks, name: 0.0})[1])
+        drifts[name] = (*course(name), walks[name] if gain > CHANCE else 0.0, gain)
+    rows = [np.array([one.innovations.get(name, np.nan) for one in estimates]) for _, name in free_run.series]
+    rows = [row[np.isfinite(row)] for row in rows]
+    return course_of(free_run, {name: course(name) for name in wanted}, drifts, read.time.tolist(), rows, online=True)
 
 
 def _undone(sensor: Sensor, values: Vector) -> Vector:
@@ -288,41 +293,3 @@ def _undone(sensor: Sensor, values: Vector) -> Vector:
         raise StickslipError("A filter takes samples as they come: no delay of a sensor. Shift the log's times.")
     inside = (values > sensor.clip[0]) & (values < sensor.clip[1])
     return np.where(inside, (values - sensor.offset) / sensor.gain, np.nan)
-
-
-def _course(
-    free_run: SegmentProblem,
-    estimates: Sequence[Estimate],
-    wanted: Sequence[str],
-    walks: Mapping[str, tuple[float, float]],
-) -> Course:
-    """walks: rate and gain, by name."""
-    (log,), fmu = free_run.logs, free_run.subject.fmu
-    series = [name for _, name in free_run.series]
-    white = [np.array([one.innovations[name] for one in estimates if name in one.innovations]) for name in series]
-    numbers = np.repeat(np.arange(len(series)), [len(rows) for rows in white])
-    rows = np.concatenate(white)
-    left = Evaluation(rows, np.zeros((len(rows), 0)), numbers, numbers, np.full(len(rows), np.nan))
-
-    def path(name: str) -> dict[str, Any]:
-        values, deviations = (
-            tuple(part[name] for part in parts)
-            for parts in zip(*((one.values, one.deviations) for one in estimates), strict=True)
-        )
-        return {"name": name, "unit": str(fmu.variables[name].unit or "1"), "values": values, "deviations": deviations}
-
-    times = tuple(one.time for one in estimates)
-    return Course(
-        model=str(fmu.description.modelName),
-        title=str(fmu.description.description or fmu.description.modelName),
-        log=log.name,
-        times=times,
-        states=tuple(Path(**path(name)) for name in wanted),
-        nodes=times,
-        parameters=tuple(
-            Drift(**path(name), rate=rate if gain > CHANCE else 0.0, gain=gain) for name, (rate, gain) in walks.items()
-        ),
-        residuals=tuple(residuals_of(free_run, left, {})),
-        measured=dict(log.measured),
-        online=True,
-    )

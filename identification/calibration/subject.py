@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import TOUCHING
-from fmu_models.simulation.field import VectorField
+from fmu_models.simulation.field import FieldRates, VectorField
 from fmu_models.simulation.run import KeptRun
 from fmu_models.simulation.sensitivity import RunWindow, SensitiveRun
 from fmu_models.simulation.signal import Signal
@@ -127,6 +127,10 @@ class Subject(ABC):
         """Whether the motion cannot begin here without a memory: in a stop, or behind a wall."""
         return False
 
+    def refusal(self, stretch: Stretch) -> str:
+        """Why no motion can begin here, such as parameters that exclude each other; empty where nothing says so."""
+        return ""
+
     def shown(self, stretch: Stretch) -> Response:
         """The run without derivatives; errors as in `trajectory`."""
         run = self.trajectory(stretch)
@@ -194,15 +198,26 @@ class OwnSubject(Subject):
         return Response(run.values, run.derivative, met, hits)
 
     def closed(self, stretch: Stretch) -> bool:
+        try:
+            there = self._begun(stretch)
+        except StickslipError:
+            return True
+        return any(there.contacts[place] == TOUCHING for place in self._stops)
+
+    def refusal(self, stretch: Stretch) -> str:
+        try:
+            self._begun(stretch)
+        except StickslipError as error:
+            return str(error)
+        return ""
+
+    def _begun(self, stretch: Stretch) -> FieldRates:
+        """Where the motion begins."""
         values = dict(stretch.values)
         for name, value in stretch.window.inputs.items():
             at = np.array([stretch.window.start_time])
             values[name] = float(value.piece(at)[0][0]) if isinstance(value, Signal) else value
-        try:
-            there = self._field.at([stretch.start[name] for name in self.states], values, stretch.window.start_time)
-        except StickslipError:
-            return True
-        return any(there.contacts[place] == TOUCHING for place in self._stops)
+        return self._field.at([stretch.start[name] for name in self.states], values, stretch.window.start_time)
 
 
 def is_hit(event: Event) -> bool:

@@ -28,6 +28,7 @@ from identification.calibration.pose import Settings, problem_of, with_instrumen
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.result import SeriesResidual
 from identification.calibration.search import rates_of
+from identification.calibration.subject import Vector
 from identification.calibration.systems import opened, subject_of
 from identification.inference.problem import Evaluation, solve
 from identification.inference.whiteness import COLOURED
@@ -285,7 +286,7 @@ def _weighed(problem: DriftProblem, x: np.ndarray) -> DriftProblem:
 def _course(
     free_run: SegmentProblem, smoothed: DriftProblem, x: np.ndarray, gains: np.ndarray, wanted: Sequence[str]
 ) -> Course:
-    problem, (log,), subject = smoothed.problem, free_run.logs, free_run.subject
+    problem, subject = smoothed.problem, free_run.subject
     covariance, columns = smoothed.covariance(x), [subject.recorded.index(name) for name in wanted]
     values, deviations = [], []
     for number, piece in enumerate(problem.logs):
@@ -298,51 +299,52 @@ def _course(
         block = covariance[np.ix_(places[used], places[used])]
         values.append(run.values[at][:, columns])
         deviations.append(np.sqrt(np.maximum(np.einsum("nkp,pq,nkq->nk", slopes, block, slopes), 0.0)))
-    variables = subject.fmu.variables
-    paths = [
-        Path(name, str(variables[name].unit or "1"), *(tuple(np.vstack(part)[:, n].tolist()) for part in parts))
-        for n, name in enumerate(wanted)
-        for parts in [(values, deviations)]
-    ]
-    walked = []
+    every = np.vstack(values), np.vstack(deviations)
+    paths = {name: (every[0][:, n], every[1][:, n]) for n, name in enumerate(wanted)}
+    # within a segment the walk goes on, by a sixth of its length on average about its mean
+    lengths = np.append(smoothed.spans, problem.segments[-1].end - problem.segments[-1].begin)
+    walks = {}
     for row, name in enumerate(subject.parameters):
-        places = smoothed.walks[row]
-        rate = float(smoothed.rates[row]) if gains[row] > CHANCE else 0.0
-        # within a segment the walk goes on, by a sixth of its length on average about its mean
-        lengths = np.append(smoothed.spans, problem.segments[-1].end - problem.segments[-1].begin)
-        sd = np.sqrt(np.diag(covariance)[places] + rate**2 * lengths / 6)
-        walked.append(
-            Drift(
-                name,
-                str(variables[name].unit or "1"),
-                tuple(x[places].tolist()),
-                tuple(sd.tolist()),
-                rate=rate,
-                gain=float(gains[row]),
-            )
-        )
-    lines = _joined(free_run, problem, x)
+        places, gain = smoothed.walks[row], float(gains[row])
+        rate = float(smoothed.rates[row]) if gain > CHANCE else 0.0
+        walks[name] = x[places], np.sqrt(np.diag(covariance)[places] + rate**2 * lengths / 6), rate, gain
+    here, rows = problem.evaluate(x), []
+    for _, name in free_run.series:
+        parts = [n for n, (_, variable) in enumerate(problem.series) if variable == name]
+        rows.append(here.residual[np.isin(here.log, parts)])
+    noise = {(0, name): problem.noise[0, name] for _, name in free_run.series}
+    nodes = [segment.begin for segment in problem.segments]
+    return course_of(replace(free_run, noise=noise), paths, walks, nodes, rows)
+
+
+def course_of(
+    free_run: SegmentProblem,
+    paths: Mapping[str, tuple[Vector, Vector]],
+    walks: Mapping[str, tuple[Vector, Vector, float, float]],
+    nodes: Sequence[float],
+    rows: Sequence[Vector],
+    *,
+    online: bool = False,
+) -> Course:
+    """A course along the log of a free run. paths: values and deviations (n,) by state; walks: the same (k,) of
+    parameters, their rates and gains; nodes: (k,) s; rows: residuals over the noise, by series."""
+    (log,), fmu = free_run.logs, free_run.subject.fmu
+
+    def path(name: str, values: Vector, deviations: Vector) -> tuple[str, str, tuple[float, ...], tuple[float, ...]]:
+        return name, str(fmu.variables[name].unit or "1"), tuple(values.tolist()), tuple(deviations.tolist())
+
+    numbers = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
+    residual = np.concatenate(rows)
+    left = Evaluation(residual, np.zeros((len(residual), 0)), numbers, numbers, np.full(len(residual), np.nan))
     return Course(
-        model=str(subject.fmu.description.modelName),
-        title=str(subject.fmu.description.description or subject.fmu.description.modelName),
+        model=str(fmu.description.modelName),
+        title=str(fmu.description.description or fmu.description.modelName),
         log=log.name,
         times=tuple(log.time.tolist()),
-        states=tuple(paths),
-        nodes=tuple(segment.begin for segment in problem.segments),
-        parameters=tuple(walked),
-        residuals=tuple(lines),
+        states=tuple(Path(*path(name, *pair)) for name, pair in paths.items()),
+        nodes=tuple(nodes),
+        parameters=tuple(Drift(*path(name, *walk[:2]), rate=walk[2], gain=walk[3]) for name, walk in walks.items()),
+        residuals=tuple(residuals_of(free_run, left, {})),
         measured=dict(log.measured),
+        online=online,
     )
-
-
-def _joined(free_run: SegmentProblem, parted: SegmentProblem, x: np.ndarray) -> list[SeriesResidual]:
-    """What is left of each variable over the whole log."""
-    here, rows, numbers = parted.evaluate(x), [], []
-    for number, (_, name) in enumerate(free_run.series):
-        parts = [n for n, (_, variable) in enumerate(parted.series) if variable == name]
-        rows.append(here.residual[np.isin(here.log, parts)])
-        numbers.append(np.full(len(rows[-1]), number))
-    residual, log = np.concatenate(rows), np.concatenate(numbers)
-    noise = {(0, name): parted.noise[0, name] for _, name in free_run.series}
-    whole = Evaluation(residual, np.zeros((len(residual), 0)), log, log, np.full(len(residual), np.nan))
-    return residuals_of(replace(free_run, noise=noise), whole, {})

@@ -223,7 +223,7 @@ class Forecast:
         values |= {name.removesuffix("(0)"): value for name, value in calibration.values_in(first, starts=True).items()}
         values |= settings
         parameters = {name: value for name, value in values.items() if name in (*fmu.parameters, *fmu.memories)}
-        start = {name: values.get(name, float(fmu.variables[name].start or 0.0)) for name in self.subject.states}
+        start = {name: values.get(name, fmu.start_of(name)) for name in self.subject.states}
         run = self.subject.respond(Stretch(window, parameters, start))
         recorded = self.subject.recorded
         noise = {name: sd or OTHER_NOISE * _rms(run.values[:, recorded.index(name)]) for name, sd in self.noise.items()}

@@ -32,7 +32,8 @@ def calibration_report(found: Calibration) -> Group:
 
 def verdicts(found: Calibration) -> list[str]:
     """What the logs leave open, other minima, warnings."""
-    return [*found.directions, *_minima(found), *found.warnings]
+    hint = ["What would tell that: stickslip design RESULT --within NAME=LOW:HIGH."] if found.directions else []
+    return [*found.directions, *hint, *_minima(found), *found.warnings]
 
 
 def values_table(found: Calibration) -> PrintedTable:
@@ -160,4 +161,4 @@ def draw_calibration(found: Calibration, axes: Axes) -> None:
     axes.plot(log.time, log.measured[name], ".", color="0.6", markersize=3, label="measured")
     axes.plot(log.time[shown], np.asarray(run[name])[shown], color="#0072b2", linewidth=0.9, label="model")
     axes.set(xlabel="time (s)", ylabel=f"{name} ({run.units.get(name, '1')})")
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)  # curves fill the axes

@@ -21,6 +21,7 @@ from identification.calibration.log import model_log
 from identification.calibration.nodes import nodes_of
 from identification.calibration.pose import Settings, problem_of
 from identification.calibration.result import read_calibration
+from identification.calibration.search import Plan, Search
 from identification.calibration.segments import Sensor
 from identification.inference.problem import Solution
 
@@ -169,6 +170,17 @@ def test_bad_input_is_a_sentence_before_any_search(belt, change, more, words):
     log = change(noisy(belt, 3))
     with pytest.raises(StickslipError, match=words):
         calibrate(belt, log, **{"free": ["k"], **more})
+
+
+def test_first_values_that_exclude_each_other_are_refused_and_no_guess_has_such():
+    block = load("block_on_belt")
+    log = noisy(block, 3, noise=1e-4)
+    with pytest.raises(StickslipError, match=r"No motion can begin with the first values.*mu_k exceeds mu_s"):
+        calibrate(block, log, free=["mu_s", "mu_k"], parameters={"mu_s": 0.3})
+    free, parameters = ["mu_s", "mu_k"], {"mu_s": 0.5, "mu_k": 0.45}
+    posed = problem_of(block, [model_log(log, block)], free, Settings(parameters=parameters))
+    drawn = np.array(Search(*posed, Plan(guesses=40)).draws)
+    assert len(drawn) == 40 and (drawn[:, 0] >= drawn[:, 1]).all()
 
 
 def test_parameter_without_effect_is_refused():

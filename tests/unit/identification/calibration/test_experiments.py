@@ -9,7 +9,9 @@ import pytest
 from known_deviation import deviation
 from noisy_belt import NOISE, noisy
 
+from fmu_models import Automaton, Input, Parameter, State
 from fmu_models.base.errors import StickslipError
+from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
@@ -104,6 +106,22 @@ def test_levels_and_constants_are_designed_and_written(belt, short, tmp_path):
         for form in (designed.signals["v_dr"], f"{tmp_path / 'u.csv'}:v_dr")
     ]
     assert runs[0]["x"] == pytest.approx(runs[1]["x"], abs=1e-9)
+
+
+def test_the_best_input_of_an_integrator_is_at_its_limit():
+    """x' = p u from a start that is sought: sd = noise/(u sqrt(sum (t - mean)^2)), so that the largest |u| is best."""
+    x, p, u = State("x", "m", "place"), Parameter("p", 2.0, "1", "gain"), Input("u", 1.0, "m/s", "speed")
+    model = Automaton(name="integrator", title="Integrator", source="closed form", states=[x], flows={x: p * u})
+    fmu = load(model)
+    first = calibrate(fmu, noisy(fmu, 1, 5.0, 51), free=["p"], guesses=1, attempts=1)
+    found = design_experiment(
+        first, fmu, inputs={"u": (-1.0, 3.0)}, duration=5.0, shape=SignalShape(levels=1), samples=100
+    )
+    times = np.linspace(0.0, 5.0, 101)[1:]
+    now = deviation(first["p"])
+    then = first.residuals[0].rms / (3.0 * np.sqrt(np.sum((times - times.mean()) ** 2)))
+    assert found.candidates[0].signals["u"].value == pytest.approx(3.0, abs=1e-6)
+    assert found.candidates[0].deviations["p"] == pytest.approx((now**-2 + then**-2) ** -0.5, rel=1e-4)
 
 
 def test_what_would_tell_what_the_logs_do_not_is_said(belt, short):

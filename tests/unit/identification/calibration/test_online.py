@@ -99,6 +99,18 @@ def test_states_are_followed_through_contacts(model, until, noise):
     assert np.std(course.states[0].values - truth["x"]) < noise
 
 
+def test_six_states_are_followed_by_one():
+    """A woodpecker's swing tells where it is on the bar, and how the sleeve turns."""
+    fmu = load("woodpecker")
+    log = noisy(fmu, 1, 0.4, 401, noise=1e-3, name="phi_S")
+    truth = simulate(fmu, 0.4, output_times=log["time"])
+    assert len(truth.events) > 30
+    course = track_online(fmu, log, noise={"phi_S": 1e-3})
+    for path in course.states:
+        off = np.array(path.values) - truth[path.name]
+        assert np.sqrt(np.mean(off**2)) < 0.03 * np.std(truth[path.name])
+
+
 @pytest.mark.parametrize(
     ("asked", "words"),
     [

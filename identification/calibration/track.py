@@ -74,7 +74,7 @@ class Drift(Path):
         """What became of it."""
         first, last = (value_with_sd(self.values[n], self.deviations[n], self.unit) for n in (0, -1))
         if self.constant:
-            return f"'{self.name}' stays: {first}; a drift gains {self.gain:.1f} of -2 ln likelihood, as chance does."
+            return f"'{self.name}' stays: {last}; a drift gains {self.gain:.1f} of -2 ln likelihood, as chance does."
         low, high = min(self.values), max(self.values)
         return (
             f"'{self.name}' drifts from {first} to {last}, between {low:.4g} and {high:.4g}; that gains "

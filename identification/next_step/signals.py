@@ -108,7 +108,8 @@ def design_experiment(
         refused = search.judged(best, "").refused
         raise StickslipError(f"No experiment within these limits has a run ({refused}). Give others.")
     labelled = [search.judged(best, "designed"), search.judged(drawn, "best of random")]
-    return forecast.experiments([*labelled, forecast.judged({}, label="as it was")])
+    logged = any(value is None for value in calibration.reading.inputs.values())  # a column, which is not kept
+    return forecast.experiments([*labelled, forecast.judged({}, label="inputs as declared" if logged else "as it was")])
 
 
 def signal_frame(candidate: CandidateExperiment, fmu: Fmu) -> pandas.DataFrame:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from identification.calibration.follow import FollowedLog
 from identification.calibration.result import Calibration, SeriesResidual
 from identification.inference.whiteness import COLOURED
 from identification.next_step.experiments import Experiments
+from identification.report.tables import posterior_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +27,10 @@ def calibration_report(found: Calibration) -> Group:
     """Everything that a calibration says."""
     from rich.console import Group
 
-    parts = [values_table(found), residuals_table(found.residuals), plain(meaning(found))]
+    parts: list[Any] = [values_table(found), residuals_table(found.residuals), plain(meaning(found))]
+    if found.posterior is not None:
+        own = {one.name: found.interval(one.name) for one in found.all_values}
+        parts.insert(1, posterior_table(found.posterior, own))
     return Group(plain(found.title, "bold"), *parts, *(plain(f"- {note}") for note in verdicts(found)))
 
 
@@ -41,13 +45,12 @@ def values_table(found: Calibration) -> PrintedTable:
     rows = []
     for one in (*found.parameters, *found.starts):
         low, high = found.interval(one.name)
-        told = one.standard_deviation is not None
         rows.append(
             [
                 one.name,
                 known_to(one.value, one.standard_deviation),
                 sd(one.standard_deviation),
-                *(known_to(end, one.standard_deviation) if told else "open" for end in (low, high)),
+                *(known_to(end, one.standard_deviation) if np.isfinite(end) else "open" for end in (low, high)),
                 one.unit if one.unit != "1" else "",
                 number(one.first, ".4g"),
             ]

@@ -95,6 +95,24 @@ def test_bad_input_is_a_sentence(stickslip, log, more, words):
     assert words in answer.err.replace("\n", " ")
 
 
+def test_profile_and_posterior_are_as_wide_as_deviations_where_all_is_nearly_linear(stickslip, log, tmp_path):
+    asked = ("calibrate", "forced_stick_slip", log, "--free", "k", "--start", "x", "--guesses", 1, "--attempts", 1)
+    corner = tmp_path / "corner.png"
+    answer = stickslip(*asked, "--profile", "--corner", corner, "-o", tmp_path / "r.json", "--json")
+    assert answer.code == 0, answer.err
+    assert corner.exists() and answer.json["files"] == [str(tmp_path / "r.json"), str(corner)]
+    found = read_calibration(tmp_path / "r.json")
+    k, (profiled,) = found["k"], (one for one in found.intervals if one.name == "k")
+    assert found.interval("k") == profiled.ends and profiled.kind == "profile"
+    wide = 2 * 1.966 * float(k.standard_deviation or np.nan)  # Student's t of 399 degrees of freedom
+    assert profiled.ends[1] - profiled.ends[0] == pytest.approx(wide, rel=0.05)
+    assert found.posterior is not None
+    drawn = next(one for one in found.posterior.marginals if one.name == "k")
+    assert drawn.standard_deviation == pytest.approx(k.standard_deviation, rel=0.15)
+    assert "Posterior" in found.summary()
+    assert "exists" in stickslip(*asked, "--corner", corner).err
+
+
 def test_a_ball_is_calibrated_from_a_column_of_impact_times(stickslip, tmp_path):
     run = simulate(load("bouncing_ball"), 3.0, parameters={"e": 0.7, "A": 6e-3})
     times = [event.time for event in run.impacts]

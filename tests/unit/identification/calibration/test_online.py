@@ -99,6 +99,11 @@ def test_states_are_followed_through_contacts(model, until, noise):
     assert np.std(course.states[0].values - truth["x"]) < noise
 
 
+def test_one_that_stays_is_said_to_be_what_all_samples_tell(belt):
+    (k,) = track_online(belt, noisy(belt, 1, 20.0, 201), drift=["k"], rates={"k": 1e-3}).parameters
+    assert k.constant and k.sentence.startswith(f"'k' stays: {k.values[-1]:.4f}")
+
+
 def test_six_states_are_followed_by_one():
     """A woodpecker's swing tells where it is on the bar, and how the sleeve turns."""
     fmu = load("woodpecker")

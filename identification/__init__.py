@@ -20,10 +20,12 @@ if TYPE_CHECKING:
 
     from identification.calibration.calibrate import calibrate as calibrate
     from identification.calibration.log import model_log as model_log
+    from identification.calibration.online import OnlineTrack as OnlineTrack
+    from identification.calibration.online import track_online as track_online
     from identification.calibration.pose import Settings as Settings
-    from identification.calibration.problem import Sensor as Sensor
     from identification.calibration.result import Calibration as Calibration
     from identification.calibration.result import read_calibration as read_calibration
+    from identification.calibration.segments import Sensor as Sensor
     from identification.calibration.track import Course as Course
     from identification.calibration.track import track as track
     from identification.disturbances.disturbance import Disturbance as Disturbance
@@ -63,6 +65,8 @@ if TYPE_CHECKING:
     from identification.next_step.experiments import rank_experiments as rank_experiments
     from identification.next_step.laws import compare_contacts as compare_contacts
     from identification.next_step.laws import compare_laws as compare_laws
+    from identification.next_step.signals import SignalShape as SignalShape
+    from identification.next_step.signals import design_experiment as design_experiment
     from identification.report.findings import findings as findings
     from identification.report.live import live_frame as live_frame
     from identification.report.page import write_report as write_report

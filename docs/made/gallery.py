@@ -2,9 +2,10 @@
 
     scene       its picture and results by the code that its page shows, compared with its known values
     oscillator  the portrait of its motion from the default start, and the known values of all its scenes
+    calibration a log with a known truth, and what is found of it, by the code that its page shows
     live page   `explore` of each model with the contacts in use; pages of one model share it and tell it their values
 
-A known value that is not met, or a scene that fails, stops the build.
+A known value that is not met, or a job that fails, stops the build.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from sphinx.errors import ExtensionError
 from sphinx.util.display import status_iterator
 
 from fmu_models import read_scene
+from fmu_models.base.digits import like_sd, value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import in_processes
 from fmu_models.oscillators import MODELS
@@ -32,7 +34,11 @@ from fmu_models.scene.compute import Comparison
 from fmu_models.scene.read import files
 from fmu_models.scene.scene import Scene
 from made.gallery_jobs import (
+    CALIBRATIONS,
     RUN,
+    CalibrationCase,
+    CalibrationJob,
+    CalibrationResult,
     Job,
     LiveJob,
     LiveResult,
@@ -44,6 +50,7 @@ from made.gallery_jobs import (
     template,
 )
 
+ALLOWED = 4  # deviations: so far off the truth a calibration may be
 PICTURES, LIVE = "pictures", "live"  # folders beside the pages
 
 
@@ -110,7 +117,7 @@ def _make_all(app: Sphinx) -> None:
         )
 
     try:
-        make(files(), MODELS.members(), pages, Path(app.outdir) / "gallery" / LIVE, told)
+        make(files(), MODELS.members(), pages, Path(app.outdir) / "gallery" / LIVE, CALIBRATIONS, told)
     except StickslipError as error:
         raise ExtensionError(str(error)) from error
 
@@ -120,9 +127,10 @@ def make(
     models: Sequence[str],
     pages: Path,
     live: Path,
+    calibrations: Sequence[CalibrationCase] = (),
     told: Callable[[Iterable[Any], Sequence[Job]], Iterable[Any]] = lambda outcomes, _: outcomes,
 ) -> None:
-    """Write the pages of scenes and models to a folder, and their live pages into the finished manual.
+    """Write the pages of scenes, models and calibrations to a folder, and their live pages into the finished manual.
 
     Args:
         told: passes on the outcomes of jobs, and may tell of them.
@@ -131,7 +139,7 @@ def make(
         StickslipError: what fails, and every known value that is not met.
     """
     pictures = pages / PICTURES
-    for folder in (pages / "scenes", pages / "oscillators", pictures, live):
+    for folder in (pages / "scenes", pages / "oscillators", pages / "calibrations", pictures, live):
         folder.mkdir(parents=True, exist_ok=True)
     lives = {path.stem: _live_of(read_scene(path), live) for path in scenes}
     lives |= {name: LiveJob(name, None, live / f"{name}.html") for name in models}
@@ -139,12 +147,20 @@ def make(
         *dict.fromkeys(lives.values()),
         *(SceneJob(path, pictures / f"{path.stem}.png") for path in scenes),
         *(ModelJob(name, pictures / f"{name}.png") for name in models),
+        *(CalibrationJob(case, pictures / f"{case.name}.png") for case in calibrations),
     ]
     outcomes = dict(told(in_processes(done, [(job,) for job in jobs], processes=_cores(), threads=1), jobs))
     results = [outcomes[i] for i in range(len(jobs))]
     faults = [f"{job}: {one}" for job, one in zip(jobs, results, strict=True) if isinstance(one, Exception)]
     faults += [
         f"scene {one.scene.name}: {fault}" for one in results if isinstance(one, SceneResult) for fault in missed(one)
+    ]
+    of_calibrations = [one for one in results if isinstance(one, CalibrationResult)]
+    faults += [
+        f"{one.case.name}: {name} is {found:.6g} +- {sd:.2g}, the truth is {truth:g}"
+        for one in of_calibrations
+        for name, _, found, sd, _ in one.values
+        if abs(found - (truth := one.case.truth[name])) > ALLOWED * sd
     ]
     if faults:
         raise StickslipError("The gallery does not hold:\n" + "\n".join(faults))
@@ -157,7 +173,9 @@ def make(
     for one in of_models:
         text = model_page(one, found[lives[one.name]], [s for s in of_scenes if s.scene.model == one.name])
         (pages / "oscillators" / f"{one.name}.md").write_text(text, "utf-8")
-    (pages / "index.md").write_text(index_page(of_scenes, of_models), "utf-8")
+    for one in of_calibrations:
+        (pages / "calibrations" / f"{one.case.name}.md").write_text(calibration_page(one), "utf-8")
+    (pages / "index.md").write_text(index_page(of_scenes, of_models, of_calibrations), "utf-8")
 
 
 def _cores() -> int:
@@ -218,7 +236,23 @@ def model_page(one: ModelResult, live: LiveResult, scenes: Sequence[SceneResult]
     )
 
 
-def index_page(scenes: Sequence[SceneResult], models: Sequence[ModelResult]) -> str:
+def calibration_page(one: CalibrationResult) -> str:
+    """The page of a calibration, as Markdown."""
+    case, rows = one.case, []
+    for name, unit, value, sd, ends in one.values:
+        interval = " to ".join(like_sd(end, sd) for end in ends)
+        rows.append(
+            (f"`{name}`", f"{case.first[name]:g}", f"{case.truth[name]:g}", value_with_sd(value, sd, unit), interval)
+        )
+    values = table(("parameter", "first", "truth", "found", "95 % interval"), rows)
+    return template("calibration.md.j2").render(
+        case=case, title=one.title, code=one.code, values=values, sentences=one.sentences, allowed=ALLOWED
+    )
+
+
+def index_page(
+    scenes: Sequence[SceneResult], models: Sequence[ModelResult], calibrations: Sequence[CalibrationResult]
+) -> str:
     """The page that shows them all, as Markdown."""
     papers = [
         {
@@ -236,7 +270,10 @@ def index_page(scenes: Sequence[SceneResult], models: Sequence[ModelResult]) -> 
         (f"oscillators/{name}", m.title, "") for p in PAPERS for name in p.models for m in models if m.name == name
     )
     return template("index.md.j2").render(
-        papers=papers, oscillators=thumbnails(of_models), known=sum(len(s.comparisons) for s in scenes)
+        papers=papers,
+        oscillators=thumbnails(of_models),
+        calibrations=thumbnails((f"calibrations/{one.case.name}", one.title, "") for one in calibrations),
+        known=sum(len(s.comparisons) for s in scenes),
     )
 
 

@@ -14,6 +14,7 @@ from fmu_models import Scene, explore, last_cycle, load, oscillators, simulate
 from fmu_models.explorer.subject import subject_of
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.compute import Comparison
+from identification import Calibration
 
 TEMPLATES = Path(__file__).parent / "templates"
 RUN = 10.0  # s, of the portrait of a model
@@ -73,6 +74,88 @@ class LiveResult:
     path: Path
     model: str
     version: str
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationCase:
+    """A log with a known truth, and where the search begins. until: s; noise: sd of x."""
+
+    name: str
+    model: str
+    until: float
+    samples: int
+    noise: float
+    truth: dict[str, float]
+    first: dict[str, float]
+    seed: int = 1
+
+
+CALIBRATIONS = (
+    CalibrationCase(
+        *("calibrated_support", "discontinuous_support", 60.0, 601, 0.01),
+        {"ks": 10.0, "cs": 0.3, "g": 4.0, "k": 1.0, "c": 0.05, "f0": 0.5},
+        {"ks": 15.0, "cs": 0.2, "g": 3.0, "k": 1.4, "c": 0.07, "f0": 0.35},
+    ),
+    CalibrationCase(
+        *("calibrated_belt", "forced_stick_slip", 60.0, 601, 0.005),
+        {"a0": 1.5, "a1": 1.5, "a3": 0.45, "k": 1.0, "f0": 0.1},
+        {"a0": 2.2, "a1": 1.0, "a3": 0.65, "k": 0.7, "f0": 0.15},
+    ),
+    CalibrationCase(
+        *("calibrated_pair", "impact_pair", 40.0, 801, 0.01),
+        {"D": 6.0, "A": 1.0, "e": 0.6, "phi0": 0.0},
+        {"D": 8.0, "A": 1.4, "e": 0.4, "phi0": 0.25},
+    ),
+    CalibrationCase(
+        *("calibrated_hinge", "hinge_clearance", 60.0, 1201, 0.002),
+        {"zeta": 0.2, "delta": 0.01, "k0": 300.0, "ce": 0.9, "f": 0.429},
+        {"zeta": 0.3, "delta": 0.014, "k0": 200.0, "ce": 0.6, "f": 0.6},
+    ),
+    CalibrationCase(
+        *("calibrated_ball", "bouncing_ball", 3.0, 3001, 5e-5),
+        {"e": 0.7, "A": 6e-3, "phi0": 0.0},
+        {"e": 0.5, "A": 8e-3, "phi0": 0.2},
+    ),
+)
+
+
+@dataclass(frozen=True)
+class CalibrationResult:
+    """What a calibration gave.
+
+    Attributes:
+        title: of the model.
+        code: what ran.
+        values: per parameter its name, unit, value, deviation, and 95 % interval.
+        sentences: what the log leaves open.
+    """
+
+    case: CalibrationCase
+    title: str
+    code: str
+    values: tuple[tuple[str, str, float, float, tuple[float, float]], ...]
+    sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class CalibrationJob:
+    """A calibration, and where its picture goes."""
+
+    case: CalibrationCase
+    picture: Path
+
+    def __str__(self) -> str:
+        return f"calibration {self.case.name}"
+
+    def done(self) -> CalibrationResult:
+        """Make its log, calibrate and draw it."""
+        code = template("calibration.py.j2").render(case=self.case)
+        found: Calibration = ran(code, self.picture)["found"]
+        values = tuple(
+            (one.name, one.unit, one.value, one.standard_deviation or 0.0, found.interval(one.name))
+            for one in found.parameters
+        )
+        return CalibrationResult(self.case, found.title, code, values, (*found.directions, *found.warnings))
 
 
 @dataclass(frozen=True)
@@ -137,7 +220,7 @@ class LiveJob:
         return LiveResult(self.path, page.name, page.version)
 
 
-Job = SceneJob | ModelJob | LiveJob
+Job = SceneJob | ModelJob | LiveJob | CalibrationJob
 
 
 def done(job: Job) -> Any:

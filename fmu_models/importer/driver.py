@@ -21,7 +21,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request, structure, text_calls, texts
 from fmu_models.importer.clocks import Clocks, check_event_mode, merged
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
-from fmu_models.importer.sweep import Sweep, columns_of
+from fmu_models.importer.sweep import Batch, Sweep, columns_of
 from fmu_models.importer.words import note, nothing_to_record
 from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
@@ -257,6 +257,26 @@ class Driver(Shown):
         Raises:
             StickslipError: as for ``run``; columns of different length; a co-simulation.
         """
+        columns = columns_of(self.fmu, values)
+        begin = {"start_time": start_time, "inputs": inputs, "output_times": output_times}
+        batch = self.batch(stop_time, tuple(columns), **begin)
+        table, failures = batch.runs(np.stack(list(columns.values()), axis=1), progress)
+        return Sweep(batch.times, {name: table[:, :, k] for k, name in enumerate(batch.recorded)}, failures)
+
+    def batch(
+        self,
+        stop_time: float,
+        names: tuple[str, ...],
+        *,
+        start_time: float = 0.0,
+        inputs: Mapping[str, Any] | None = None,
+        output_times: ArrayLike | None = None,
+    ) -> Batch:
+        """What the runs of a sweep have in common, for any number of sweeps over values of ``names``.
+
+        Raises:
+            StickslipError: as for ``sweep``; values are looked at when runs are made.
+        """
         if self.method in (CO_SIMULATION, SCHEDULED):
             raise StickslipError("A sweep needs a method of integration; run a co-simulation once per value.")
         if self.clocks.recorded.names:
@@ -265,35 +285,17 @@ class Driver(Shown):
                 "value."
             )
         times = request.output_times([stop_time] if output_times is None else output_times, start_time, stop_time)
-        columns = columns_of(self.fmu, values)
         table = request.table(
             self.fmu, signals_of(self.fmu, inputs or {}, start_time, stop_time), start_time, stop_time
         )
-        rows = np.ascontiguousarray(np.stack(list(columns.values()), axis=1))
-        prepared = self._prepare(times, dict.fromkeys(columns, 0.0), table, start_time, stop_time)
+        prepared = self._prepare(times, dict.fromkeys(names, 0.0), table, start_time, stop_time)
         prepared.c.event_capacity = 0
-        n = rows.shape[0]
-        states = np.full((n, times.size, len(self._states)), np.nan)
-        recorded = np.full((n, times.size, len(self._recorded.names)), np.nan)
-        failures: dict[int, str] = {}
-        first, of_states, of_values = (request.address(a) for a in (rows, states, recorded))
-        for i in range(n):
-            prepared.c.begun = prepared.c.next_time = 0
-            prepared.c.start_values = first + i * rows.strides[0]
-            prepared.c.states = of_states + i * states.strides[0]
-            prepared.c.values = of_values + i * recorded.strides[0]
-            status = self._call(prepared)
-            while status == RUN.MORE:
-                status = self._call(prepared)
-            if status != RUN.DONE:
-                states[i, prepared.c.next_time :], recorded[i, prepared.c.next_time :] = np.nan, np.nan
-                ended = status == RUN.TERMINATED
-                failures[i] = self._end(prepared.c) if ended else str(self._error(status, prepared.c))
-            if progress and i % 100 == 99:
-                progress((i + 1) / n)
-        named = {name: states[:, :, k] for k, name in enumerate(self._states)}
-        named |= {name: recorded[:, :, k] for k, name in enumerate(self._recorded.names)}
-        return Sweep(times, named, failures)
+        shown = (*self._states, *self._recorded.names)
+        return Batch(self.fmu, names, times, shown, len(self._states), prepared, self._call, self._reason)
+
+    def _reason(self, status: int, c: ctypes.Structure) -> str:
+        """Why a run ended early."""
+        return self._end(c) if status == RUN.TERMINATED else str(self._error(status, c))
 
     def _prepare(
         self,

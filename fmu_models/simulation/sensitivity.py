@@ -84,6 +84,16 @@ class Sensitivity(Tabular):
         return self.names.index(name)
 
 
+@dataclass(frozen=True, eq=False)
+class RunWindow:
+    """Times and inputs that runs have in common. request: of each; start_time: s; driven: first values of the inputs,
+    by reference."""
+
+    request: whole_run.Request
+    start_time: float
+    driven: Mapping[int, float]
+
+
 class SensitiveRun(Shown):
     """An instance of an FMU of this suite, kept for any number of runs; a context manager.
 
@@ -153,22 +163,54 @@ class SensitiveRun(Shown):
             StickslipError: as for ``simulate``; or the motion has no derivative, because it touches the bound of a
                 contact without crossing it.
         """
-        if self._instance is None:
-            raise StickslipError("The runs of this FMU are closed. Open a SensitiveRun again.")
+        return self.over(self.window(output_times, start_time=start_time, inputs=inputs), parameters, start)
+
+    def window(
+        self, output_times: ArrayLike, *, start_time: float = 0.0, inputs: Mapping[str, Any] | None = None
+    ) -> RunWindow:
+        """What any number of runs over the same times have in common; errors as for ``run``."""
         times = np.ascontiguousarray(output_times, dtype=float)
         if not math.isfinite(start_time):
             raise StickslipError(f"The start time must be a finite number of seconds, found {start_time:g}.")
         times = checked_times(times, start_time, math.inf)
         span = start_time, float(times[-1])
-        initial, driven = settings_of(self.fmu, facts_of(self.fmu), span, (parameters, start, inputs))
-        request = whole_run.Request(times, self._references, driven)
-        start_values = {reference: float(value) for reference, value in initial.items()}
+        first, table = settings_of(self.fmu, facts_of(self.fmu), span, (None, None, inputs))
+        return RunWindow(whole_run.Request(times, self._references, table), start_time, first)
+
+    def over(
+        self, window: RunWindow, parameters: Mapping[str, float] | None, start: Mapping[str, float] | None
+    ) -> Sensitivity:
+        """The run over a window; errors as for ``run``."""
         result, derivatives, event_derivatives, one_sided = self._differentiator.run(
-            request, start_values, start_time, self.tolerance
+            window.request, self._initial(window, parameters, start), window.start_time, self.tolerance
         )
         events = Events(result.events, self._contacts, self._rigid), event_derivatives
-        recorded = times, self.recorded, result.values, self.by, derivatives
+        recorded = window.request.times, self.recorded, result.values, self.by, derivatives
         return Sensitivity(*recorded, *events, result.steps, result.seconds, one_sided)
+
+    def values(
+        self, window: RunWindow, parameters: Mapping[str, float] | None, start: Mapping[str, float] | None
+    ) -> tuple[Vector, Events]:
+        """(n, n_names) values of the run over a window, and its events, without derivatives: a small part of the cost.
+
+        Raises:
+            StickslipError: as for ``simulate``.
+        """
+        initial = self._initial(window, parameters, start)
+        assert self._instance is not None
+        self._instance.restart(initial, window.start_time, self.tolerance)
+        result = whole_run.run(self._engine, self._instance, window.request)
+        return result.values, Events(result.events, self._contacts, self._rigid)
+
+    def _initial(
+        self, window: RunWindow, parameters: Mapping[str, float] | None, start: Mapping[str, float] | None
+    ) -> dict[int, float]:
+        """Start values by reference."""
+        if self._instance is None:
+            raise StickslipError("The runs of this FMU are closed. Open a SensitiveRun again.")
+        span = window.start_time, window.start_time
+        initial, _ = settings_of(self.fmu, facts_of(self.fmu), span, (parameters, start, None))
+        return {**initial, **window.driven}
 
 
 @dataclass(frozen=True, eq=False)

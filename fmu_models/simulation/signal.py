@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -56,6 +57,12 @@ class Signal(Shown):
         """Values that hold until the time of the next one: a jump there."""
         return cls(np.repeat(np.asarray(time), 2)[1:], np.repeat(np.asarray(value), 2)[:-1])
 
+    @cached_property
+    def bends(self) -> Vector:
+        """(k,) s, knots but those between equal values: a run need not stop where a level just goes on."""
+        level = np.diff(self.value) == 0
+        return self.time[~(np.append(False, level) & np.append(level, False))]
+
     def piece(self, times: Vector) -> tuple[Vector, Vector]:
         """Value and slope just after each of ``times`` (m,), both (m,)."""
         last = np.searchsorted(self.time, times, side="right") - 1
@@ -87,8 +94,8 @@ def knots(signals: Mapping[str, Signal], start: float, stop: float, step_ends: V
                 f"the run {start:.9g} s to {stop:.9g} s. Extend the signal or shorten the run."
             )
     # a run may need a small part of a long signal
-    ends = [(np.searchsorted(s.time, start, side="right"), np.searchsorted(s.time, stop)) for s in signals.values()]
-    inner = [s.time[first:last] for s, (first, last) in zip(signals.values(), ends, strict=True)]
+    bends = [signal.bends for signal in signals.values()]
+    inner = [b[np.searchsorted(b, start, side="right") : np.searchsorted(b, stop)] for b in bends]
     times = np.unique(np.concatenate([[start], *inner, [] if step_ends is None else step_ends]))
     values, slopes = np.empty((times.size, len(signals))), np.empty((times.size, len(signals)))
     for i, signal in enumerate(signals.values()):

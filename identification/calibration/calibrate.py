@@ -22,9 +22,10 @@ from identification.calibration.descent import Minimum, Progress
 from identification.calibration.follow import follow, residuals_of
 from identification.calibration.log import LogLike, ModelLog, Reading, model_log, rows_of
 from identification.calibration.pose import Settings, problem_of, with_instruments
-from identification.calibration.problem import IDEAL, SegmentProblem
+from identification.calibration.problem import SegmentProblem
 from identification.calibration.result import CalibratedValue, Calibration, LocalMinimum
 from identification.calibration.search import HERE, Plan, Search
+from identification.calibration.segments import IDEAL
 from identification.calibration.systems import opened
 from identification.calibration.ties import of_lmfit
 from identification.calibration.unknowns import FreeParameter

@@ -10,17 +10,19 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from identification.calibration.log import ModelLog
 from identification.calibration.nodes import Nodes
-from identification.calibration.problem import Segment, SegmentProblem
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.segments import Segment
 from identification.calibration.unknowns import Scaled, signs_of
 from identification.calibration.untold import CERTAIN, column_norms
 from identification.inference.levenberg import levenberg
-from identification.inference.problem import SOFT, FitProblem, Solution, Unknown
+from identification.inference.problem import SOFT, FitProblem, Solution
 
 WHITE = 1.2  # mean square of the residuals, in units of the noise, at which a search has arrived
 STAGES = (("cauchy", 3.0, 15), ("cauchy", 30.0, 15), ("linear", 1e3, 15), ("linear", 1e5, 40))
 POLISHED = 3  # stages, after which a free run is tried
-ROUGH = 1e-4  # relative, of a stage
-FINE = 1e-9  # of the last one
+SLOW = 3e-3  # relative, of a soft loss, whose end is no end
+ROUGH = 1e-4  # of the other stages
+FINE = 1e-7  # of the free run
 SEARCHED = 2000  # samples of a log in the search; the last step takes all
 POLISH = 60  # evaluations of the free run
 FOLLOWS = 1.05  # times the misfit of segments: a free run that leaves more has not followed the log
@@ -80,28 +82,6 @@ def best_first(minima: Sequence[Minimum]) -> tuple[Minimum, ...]:
     return tuple(ordered)
 
 
-def over_segments(
-    light: SegmentProblem, nodes: Nodes, x: np.ndarray, starts: np.ndarray
-) -> tuple[SegmentProblem, np.ndarray]:
-    """The problem over segments; its unknowns from a guess x of the free run and start states (segments, states)."""
-    states = light.subject.states
-    shared = light.shared
-    scale = np.std(starts, axis=0)
-    scale = np.where(scale > 0, scale, np.maximum(np.abs(starts).max(axis=0), 1e-9))
-    unknowns, first, places = list(light.unknowns[:shared]), list(x[:shared]), np.full(starts.shape, -1)
-    for number, segment in enumerate(nodes.segments):
-        begins = number == 0 or nodes.segments[number - 1].log != segment.log
-        for place, name in enumerate(states):
-            if begins and light.starts[segment.log, place] < 0:
-                continue
-            places[number, place] = len(first)
-            unknowns.append(Unknown(f"{name}({segment.begin:g})", ""))
-            first.append(starts[number, place])
-    return replace(
-        light, segments=nodes.segments, unknowns=tuple(unknowns), first=np.array(first), starts=places, scale=scale
-    ), np.array(first)
-
-
 def between_events(problem: SegmentProblem, x: np.ndarray) -> tuple[SegmentProblem, np.ndarray]:
     """The problem over segments of one event each, begun on the free run at x; the free run where it ends early."""
     segments: list[Segment] = []
@@ -110,13 +90,13 @@ def between_events(problem: SegmentProblem, x: np.ndarray) -> tuple[SegmentProbl
         times = np.sort(np.concatenate(list(log.events.values())))
         nodes = np.concatenate([[log.time[0]], (times[1:] + times[:-1]) / 2])
         try:
-            run = problem.subject.values(problem.stretch(number, x, nodes))
+            run = problem.subject.shown(problem.stretch(number, x, nodes)).values
         except StickslipError:
             return problem, x
         ends = [*nodes[1:].tolist(), float(log.time[-1])]
         segments += [Segment(number, *pair, pair[1] == ends[-1]) for pair in zip(nodes.tolist(), ends, strict=True)]
         states += list(run[:, : len(problem.subject.states)])
-    return over_segments(problem, Nodes(tuple(segments), np.array(states)), x, np.array(states))
+    return Nodes.of(problem, segments, np.array(states)).placed(x, np.array(states))
 
 
 def thinned(problem: SegmentProblem) -> SegmentProblem:
@@ -142,14 +122,16 @@ def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, pr
         for place, (loss, weight, evaluations) in enumerate(stages):
             problem = replace(problem, weight=weight)
             scaled = Scaled(problem, signs_of(problem))
-            x = scaled.natural(
-                levenberg(scaled, scaled.scaled(x), tolerance=ROUGH, evaluations=evaluations, loss=loss).values
-            )
+            tolerance = ROUGH if loss == "linear" else SLOW
+            ended = levenberg(scaled, scaled.scaled(x), tolerance=tolerance, evaluations=evaluations, loss=loss)
+            x = scaled.natural(ended.values)
             progress((place + 1) / (len(STAGES) + 1))
             if place + 1 in (POLISHED, len(stages)):
                 horizon = _horizon(problem, x)
-                free = _polished(problem, x, free_run, horizon)
-                if not parted or free.misfit < FOLLOWS * Minimum(problem, _at(problem, x), horizon).misfit:
+                misfit = Minimum(problem, ended, horizon).misfit
+                if free is None or misfit < (1 - ALIKE) * free.misfit:
+                    free = _polished(problem, x, free_run, horizon)
+                if not parted or free.misfit < FOLLOWS * misfit:
                     return free
     except KeyboardInterrupt:
         return Minimum(problem, _at(problem, x), horizon, True)

@@ -14,13 +14,14 @@ from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Shown
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
-from identification.calibration.descent import STAGES, over_segments
+from identification.calibration.descent import STAGES
 from identification.calibration.log import ModelLog
-from identification.calibration.nodes import Nodes, nodes_of, rolled
+from identification.calibration.nodes import Nodes, nodes_of
 from identification.calibration.pose import Settings, problem_of
-from identification.calibration.problem import Segment, SegmentProblem
+from identification.calibration.problem import SegmentProblem
 from identification.calibration.result import Calibration, SeriesResidual
 from identification.calibration.search import rates_of
+from identification.calibration.segments import Segment
 from identification.inference.colour import Autoregression
 from identification.inference.levenberg import levenberg
 from identification.inference.problem import Evaluation, Solution, solve
@@ -62,7 +63,7 @@ def follow(calibration: Calibration, fmu: Fmu, log: ModelLog) -> FollowedLog:
     notes = []
     for number, segment in enumerate(problem.segments):
         try:
-            problem.subject.observed(problem.stretch(number, solution.values, np.array([segment.end])))
+            problem.subject.shown(problem.stretch(number, solution.values, np.array([segment.end])))
         except StickslipError as error:
             notes.append(f"{log.name}: the model cannot be run from {segment.begin:g} s on ({error}).")
     starts = dict(zip((unknown.name for unknown in problem.unknowns), solution.values.tolist(), strict=True))
@@ -98,7 +99,7 @@ def _parted(
     if not log.measured or not problem.subject.states:
         return problem, [begin]
     nodes = nodes_of(problem, [begin], rates_of(problem), None)
-    parted, x = over_segments(problem, nodes, begin, rolled(problem, begin, nodes)[0])
+    parted, x = nodes.placed(begin, nodes.rolled(begin)[0])
     for loss, weight, evaluations in STAGES:
         parted = replace(parted, weight=weight)
         x = levenberg(parted, x, tolerance=ROUGH, evaluations=evaluations, loss=loss).values
@@ -122,8 +123,8 @@ def _windows(
     ends = [*(begin - step / 2 for begin in begins[1:]), float(log.time[-1])]
     held = [problem.fixed.get(name, 0.0) for name in problem.subject.states]
     states = np.array([np.where(parted.starts[n] >= 0, x[parted.starts[n]], held) for n in chosen])
-    segments = tuple(Segment(0, begin, end, True) for begin, end in zip(begins, ends, strict=True))
-    alone, start = over_segments(problem, Nodes(segments, states), joined, states)
+    segments = [Segment(0, begin, end, True) for begin, end in zip(begins, ends, strict=True)]
+    alone, start = Nodes.of(problem, segments, states).placed(joined, states)
     return alone, [start]
 
 

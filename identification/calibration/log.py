@@ -137,7 +137,7 @@ def model_log(
     named = {column: variable for variable, column in (columns or {}).items()}
     for column, variable in named.items():
         log.values(column, None, variable)
-    known = [*_measurable(fmu), *fmu.inputs]
+    known = [*measurable(fmu), *fmu.inputs]
     measured: dict[str, NDArray[np.float64]] = {}
     driven: dict[str, float | Signal] = {}
     instruments: dict[str, Instrument] = {}
@@ -154,7 +154,8 @@ def model_log(
             )
         unit = str(fmu.variables[variable].unit or "1")
         if variable in fmu.inputs:
-            driven[variable] = log.signal(column, unit, f"input '{variable}'")
+            signal = log.signal(column, unit, f"input '{variable}'")
+            driven[variable] = float(signal.value[0]) if np.ptp(signal.value) == 0 else signal
         else:
             measured[variable] = log.values(column, unit, f"variable '{variable}'")
             stated = log.units.get(column)
@@ -162,7 +163,7 @@ def model_log(
     if not measured and not timed:
         raise StickslipError(
             f"{log.source} measures nothing of '{fmu.description.modelName}': it needs a column of a state or output "
-            f"({', '.join(_measurable(fmu)[:12])})."
+            f"({', '.join(measurable(fmu)[:12])})."
         )
     return ModelLog(label, log.time, measured, driven | _inputs(fmu, inputs, log.time), timed, instruments)
 
@@ -170,7 +171,7 @@ def model_log(
 def _check_role(log: MeasuredLog, column: str, variable: str, instrument: Instrument, fmu: Fmu) -> None:
     """Refuse a role that the variable cannot have."""
     if instrument.role in ("input", "measured") and (instrument.role == "input") != (variable in fmu.inputs):
-        names = fmu.inputs if instrument.role == "input" else _measurable(fmu)
+        names = fmu.inputs if instrument.role == "input" else measurable(fmu)
         raise StickslipError(
             f"{log.source}: column '{column}' has the role '{instrument.role}' in datapackage.json, and '{variable}' "
             f"is none of '{fmu.description.modelName}'.{nearest(variable, names)}"
@@ -225,7 +226,7 @@ def _around(events: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
     return np.array([0.0 if 0 < times[0] <= 2 * apart else times[0] - apart / 2, times[-1] + apart / 100])
 
 
-def _measurable(fmu: Fmu) -> list[str]:
+def measurable(fmu: Fmu) -> list[str]:
     """States and outputs, and of FMUs of others what is local too."""
     local = [name for name, variable in fmu.variables.items() if variable.causality == "local" and not fmu.ours]
     return list(dict.fromkeys((*fmu.states, *fmu.outputs, *local)))

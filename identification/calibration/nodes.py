@@ -5,17 +5,19 @@ noise. A segment begins where most guesses of the parameters say that no contact
 such samples where the parabola leaves least: not at an impact.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
 from identification.calibration.log import ModelLog
-from identification.calibration.problem import Segment, SegmentProblem
-from identification.calibration.subject import HALF
-from identification.inference.problem import SOFT
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.segments import Segment
+from identification.calibration.subject import HALF, Stretch, Window
+from identification.inference.problem import SOFT, Unknown
 
 SPREAD = 0.01  # of samples whose neighbours say nothing of them: their noise, until residuals show it
 FEWEST, MOST = 16, 40  # segments of a log, twice its crossings of the mean in between
@@ -44,17 +46,15 @@ def local_motion(log: ModelLog, rows: np.ndarray, half: int = HALF) -> tuple[Loc
     half = min(half, (log.time.size - 1) // 2)
     windows = np.clip(rows, half, log.time.size - 1 - half)[:, None] + np.arange(-half, half + 1)
     order = min(2, 2 * half)
+    times = log.time[windows] - log.time[rows][:, None]
+    length = np.maximum(np.ptp(times, axis=1), np.finfo(float).tiny)
+    terms = (times / length[:, None])[..., None] ** np.arange(order + 1)
+    inverse = np.linalg.pinv(terms)
     for name, measured in log.measured.items():
-        values = np.empty((len(rows), 2))
-        rest = np.empty(len(rows))
-        for place, (row, window) in enumerate(zip(rows, windows, strict=True)):
-            time = log.time[window] - log.time[row]
-            terms = np.vander(time / max(np.ptp(time), np.finfo(float).tiny), order + 1, increasing=True)
-            solved = np.linalg.lstsq(terms, measured[window], rcond=None)[0]
-            values[place] = solved[0], solved[1] / np.ptp(time) if order else 0.0
-            freedom = max(len(window) - order - 1, 1)
-            rest[place] = np.sqrt(np.sum((terms @ solved - measured[window]) ** 2) / freedom)
-        value[name], speed[name] = values.T
+        solved = (inverse @ measured[windows, None])[..., 0]
+        value[name], speed[name] = solved[:, 0], solved[:, 1] / length if order else np.zeros(len(rows))
+        off = (terms @ solved[..., None])[..., 0] - measured[windows]
+        rest = np.sqrt(np.sum(off**2, axis=1) / max(windows.shape[1] - order - 1, 1))
         thirds = np.abs(np.diff(measured, 3)) if len(measured) > 3 else np.array([np.inf])
         white = float(np.median(thirds)) / MEDIAN / np.sqrt(20.0)  # of a third difference: 1 + 9 + 9 + 1
         white = min(float(np.median(rest)), white) if half else SPREAD * float(np.std(measured))
@@ -65,10 +65,50 @@ def local_motion(log: ModelLog, rows: np.ndarray, half: int = HALF) -> tuple[Loc
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Segments, and (segments, states) what the logs say of their start states, NaN where they say nothing."""
+    """Where segments begin. problem: over the segments, whose unknowns are those that all share, then start states;
+    states: (segments, states) what the logs say of these, NaN where they say nothing."""
 
-    segments: tuple[Segment, ...]
+    problem: SegmentProblem
     states: np.ndarray
+
+    @classmethod
+    def of(cls, free_run: SegmentProblem, segments: Sequence[Segment], states: np.ndarray) -> Nodes:
+        """A free run cut into segments."""
+        unknowns, places = list(free_run.unknowns[: free_run.shared]), np.full(states.shape, -1)
+        for number, segment in enumerate(segments):
+            begins = number == 0 or segments[number - 1].log != segment.log
+            for place, name in enumerate(free_run.subject.states):
+                if not begins or free_run.starts[segment.log, place] >= 0:
+                    places[number, place] = len(unknowns)
+                    unknowns.append(Unknown(f"{name}({segment.begin:g})", ""))
+        return cls(replace(free_run, segments=tuple(segments), unknowns=tuple(unknowns), starts=places), states)
+
+    def placed(self, x: np.ndarray, states: np.ndarray) -> tuple[SegmentProblem, np.ndarray]:
+        """The problem and its unknowns, from a guess x of the free run and start states (segments, states)."""
+        scale = np.std(states, axis=0)
+        scale = np.where(scale > 0, scale, np.maximum(np.abs(states).max(axis=0), 1e-9))
+        first = self._unknowns(x, states)
+        return replace(self.problem, first=first, scale=scale), first
+
+    def _unknowns(self, x: np.ndarray, states: np.ndarray) -> np.ndarray:
+        return np.append(x[: self.problem.shared], states[self.problem.starts >= 0])
+
+    def rolled(self, x: np.ndarray) -> tuple[np.ndarray, float]:
+        """Start states (segments, states) with those that the logs do not show from the run of the segment before, and
+        how badly the segments then predict their samples: sum of log(1 + (r/SOFT)^2). Nothing is optimized."""
+        problem, readings, runs = self.problem, self.problem.readings(x), []
+        values = [problem.parameters(log, x) for log in range(len(problem.logs))]
+        starts, state, default = self.states.copy(), np.zeros(0), defaults(problem)
+        for number, segment in enumerate(problem.segments):
+            if number == 0 or problem.segments[number - 1].log != segment.log:
+                state = default
+            starts[number] = np.where(np.isfinite(starts[number]), starts[number], state)
+            start = dict(zip(problem.subject.states, starts[number].tolist(), strict=True))
+            run = problem.response(Stretch(readings.windows[number], values[segment.log], start))
+            state = starts[number] if run is None else run.values[-1, : len(default)]
+            runs.append(run)
+        here = problem.compared(self._unknowns(x, starts), readings, runs)
+        return starts, float(np.sum(np.log1p((here.residual[here.log < len(problem.series)] / SOFT) ** 2)))
 
 
 def nodes_of(
@@ -101,7 +141,7 @@ def nodes_of(
         ends = [*begins[1:], float(log.time[-1])]
         segments += [Segment(number, begin, end, end == ends[-1]) for begin, end in zip(begins, ends, strict=True)]
         states += [state for _, state in chosen]
-    return Nodes(tuple(segments), np.array(states).reshape(len(segments), len(problem.subject.states)))
+    return Nodes.of(problem, segments, np.array(states).reshape(len(segments), len(problem.subject.states)))
 
 
 def _count(log: ModelLog) -> int:
@@ -134,52 +174,13 @@ def _blocked(
     count = 0
     default = defaults(problem)
     time = float(log.time[row])
+    window = Window(time, np.array([time]), log.inputs)
     for guess in guesses:
-        stretch = problem.stretch(number, guess, np.array([time]))
         start = dict(zip(problem.subject.states, np.where(np.isfinite(states), states, default).tolist(), strict=True))
-        count += problem.subject.closed(replace(stretch, start_time=time, start=start))
+        count += problem.subject.closed(Stretch(window, problem.parameters(number, guess), start))
     return count / len(guesses)
 
 
 def defaults(problem: SegmentProblem) -> np.ndarray:
     """(states,) start values of the model."""
-    variables = problem.subject.fmu.variables
-    return np.array([float(variables[name].start or 0.0) for name in problem.subject.states])
-
-
-def rolled(problem: SegmentProblem, x: np.ndarray, nodes: Nodes) -> tuple[np.ndarray, float]:
-    """Start states (segments, states) with those that the logs do not show from the run of the segment before, and how
-    badly the segments then predict their samples: sum of log(1 + (r/SOFT)^2). Nothing is optimized."""
-    subject, segments = problem.subject, nodes.segments
-    starts, score = nodes.states.copy(), 0.0
-    state, default = defaults(problem), defaults(problem)
-    for number, segment in enumerate(segments):
-        fresh = number == 0 or segments[number - 1].log != segment.log
-        state = default if fresh else state
-        starts[number] = np.where(np.isfinite(starts[number]), starts[number], state)
-        log = problem.logs[segment.log]
-        inside = segment.holds(log.time)
-        times = np.unique(np.append(log.time[inside], segment.end))
-        start = dict(zip(subject.states, starts[number].tolist(), strict=True))
-        stretch = replace(problem.stretch(segment.log, x, times), start_time=segment.begin, start=start)
-        try:
-            values, hits = subject.observed(stretch)
-        except StickslipError:
-            values, hits = None, {}
-        for name, measured in log.measured.items():
-            sensor, noise = problem.sensor(name, x), problem.noise[segment.log, name]
-            if values is None:
-                score += float(inside.sum()) * np.log1p((np.std(measured) / noise) ** 2)
-                continue
-            modelled = sensor.gain * values[: int(inside.sum()), subject.recorded.index(name)] + sensor.offset
-            off = (np.clip(modelled, *sensor.clip) - measured[inside]) / noise
-            score += float(np.sum(np.log1p((off / SOFT) ** 2)))
-        for name, measured in log.events.items():
-            measured, met = measured[segment.holds(measured)], hits.get(name, np.zeros(0))
-            count = min(measured.size, met.size)
-            off = (met[:count] - measured[:count]) / problem.noise[segment.log, name]
-            apart = float(np.median(np.diff(log.events[name]))) / problem.noise[segment.log, name]
-            off = np.append(off, np.full(measured.size - count, apart))
-            score += float(np.sum(np.log1p((off / SOFT) ** 2)))
-        state = starts[number] if values is None else values[-1, : len(subject.states)]
-    return starts, score
+    return np.array([problem.subject.fmu.start_of(name) for name in problem.subject.states])

@@ -10,8 +10,9 @@ from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.measured import UNSTATED
 from identification.calibration.log import LogLike, ModelLog
-from identification.calibration.problem import IDEAL, SENSED, SegmentProblem, Sensor, whole
+from identification.calibration.problem import SegmentProblem
 from identification.calibration.search import GUESSES, STARTS, noise_of
+from identification.calibration.segments import IDEAL, SENSED, Sensor, whole
 from identification.calibration.systems import subject_of
 from identification.calibration.ties import TiedSubject, Ties
 from identification.calibration.unknowns import Bounds, FreeParameter, free_parameters
@@ -95,10 +96,7 @@ def problem_of(
         unknowns.append(constant)
     held = {name: value for name, value in said.parameters.items() if name not in free}
     loose = _loose(subject.states, held, said.starts)
-    variables = fmu.variables
-    held |= {
-        name: float(variables[name].start or 0.0) for name in subject.states if name not in loose and name not in held
-    }
+    held |= {name: fmu.start_of(name) for name in subject.states if name not in loose and name not in held}
     starts = np.full((len(logs), len(subject.states)), -1)
     more, first = [], [unknown.first for unknown in unknowns]
     for number, log in enumerate(logs):
@@ -106,8 +104,8 @@ def problem_of(
             if name in loose:
                 starts[number, place] = len(first)
                 own = f"{name}(0)" + (f" [{log.name}]" if len(logs) > 1 else "")
-                more.append(Unknown(own, str(variables[name].unit or "1"), description="start"))
-                first.append(said.parameters.get(name, float(variables[name].start or 0.0)))
+                more.append(Unknown(own, str(fmu.variables[name].unit or "1"), description="start"))
+                first.append(said.parameters.get(name, fmu.start_of(name)))
     problem = SegmentProblem(
         subject=subject,
         logs=tuple(logs),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,8 @@ from fmu_models.base.trust import admit
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.trajectory import Trajectory
 from identification.calibration.log import ModelLog, Reading
-from identification.calibration.problem import IDEAL, SegmentProblem, Sensor
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.segments import IDEAL, Sensor
 from identification.calibration.systems import opened
 from identification.inference.defaults import SEED
 from identification.inference.identifiability import Collinearity
@@ -89,8 +90,8 @@ class Calibration(Pictured):
     within a tenth of the least misfit; inflation: of deviations by the sandwich; horizon: s over which a free run of a
     chaotic motion means something, None where it always does; interrupted: by the user; held: parameters and start
     states that were given and not sought; sensors: by variable, of those that are not ideal; reading: of the logs;
-    declaration: what names the model. solved: the problem behind it, None in a
-    calibration that was read back.
+    declaration: what names the model. intervals: by profile likelihood; posterior: of all unknowns; where they were
+    asked for. solved: the problem behind it, None in a calibration that was read back.
     """
 
     COLUMNS = ("[name]=all_values.*",)
@@ -115,6 +116,8 @@ class Calibration(Pictured):
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     reading: Reading = field(default_factory=Reading)
     declaration: str = ""
+    intervals: tuple[Interval, ...] = ()
+    posterior: Posterior | None = None
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> CalibratedValue:
@@ -128,8 +131,12 @@ class Calibration(Pictured):
         return values[name]
 
     def interval(self, name: str, level: float = LEVEL) -> tuple[float, float]:
-        """Confidence interval, infinite where the logs do not tell the value."""
+        """Confidence interval, by profile where there is one of this level; infinite where the logs do not tell the
+        value."""
         one = self[name]
+        for profiled in self.intervals:
+            if profiled.name == name and profiled.level == level:
+                return profiled.ends
         reach = np.inf if one.standard_deviation is None else one.standard_deviation * student(self.freedom, level)
         return one.value - float(reach), one.value + float(reach)
 
@@ -194,7 +201,7 @@ class Calibration(Pictured):
         quantile = student(self.freedom, level)
         return profile(problem, solved.solution, solved.covariance, chosen, quantile=quantile, level=level).intervals
 
-    def posterior(self, *, seed: int = SEED, steps: int = STEPS) -> Posterior:
+    def sample(self, *, seed: int = SEED, steps: int = STEPS) -> Posterior:
         """Parameters and start states by Markov chains; errors as in `inference.posterior.sample`."""
         problem, solved = self._problem()
         loose = [place for place, one in enumerate(problem.unknowns) if one.prior is None]
@@ -211,7 +218,8 @@ class Calibration(Pictured):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values only; the inverse of `read_calibration`."""
-        return {"type": KIND, **record(self)}
+        posterior = None if self.posterior is None else replace(self.posterior, samples=None)
+        return {"type": KIND, **record(replace(self, posterior=posterior))}
 
 
 def is_calibration(path: str | os.PathLike[str]) -> bool:

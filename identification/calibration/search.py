@@ -21,8 +21,9 @@ from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.simulation.rows import RunRows
 from identification.calibration.descent import ALIKE, LEFT, Minimum, Progress, begun, best_first
-from identification.calibration.nodes import local_motion, nodes_of, rolled
-from identification.calibration.problem import SegmentProblem, whole
+from identification.calibration.nodes import local_motion, nodes_of
+from identification.calibration.problem import SegmentProblem
+from identification.calibration.segments import whole
 from identification.calibration.trials import Trials
 from identification.calibration.unknowns import BOX, FreeParameter, Scaled, signs_of
 from identification.calibration.untold import telling
@@ -37,9 +38,11 @@ STARTS = 3  # of the guesses, from which a search is made
 SCAN = 0.3  # of the work
 DOUBTFUL = 3.0  # deviations of the noise: where no search leaves less, and no two agree, more are made
 MORE = 2  # times as many
+LONGER = 0.75  # times as many segments, where even that leaves as much
 ANEW = 3  # times that segments are parted anew at the best minimum, as long as that lowers it
 TIMED = 1e-3  # of the time between events: their noise, until residuals show it
 SCORED = 8  # guesses, at a time
+REDRAWN = 50  # times, a guess that the model refuses
 HERE = Execution(workers=1)  # in this process
 SAME = 0.05  # relative: guesses whose parameters differ less are one
 FIRST = 4  # events, at the begin
@@ -86,11 +89,24 @@ class Search:
         self.runner = Runner(trials, {"analysis": "calibrate", **how, "boxes": boxes}, plan.execution)
 
     def _drawn(self, first: np.ndarray) -> Iterator[np.ndarray]:
-        """Guesses about the first values, these before all others."""
+        """Guesses about the first values, these before all others; none of parameters that exclude each other.
+
+        Raises:
+            StickslipError: the first values are such.
+        """
+        problem = self.trials.light
+        refused = refusal_of(problem, first)
+        if refused and refused == refusal_of(problem, first, shown=True):
+            raise StickslipError(
+                f"No motion can begin with the first values ({refused}). Give others: --set NAME=VALUE."
+            )
         yield first
         for _ in range(self.plan.guesses - 1):
             guess = first.copy()
-            guess[: len(self.free)] = [sought.spread(1, self.generator)[0] for sought in self.free]
+            for _ in range(REDRAWN):
+                guess[: len(self.free)] = [sought.spread(1, self.generator)[0] for sought in self.free]
+                if refused or not refusal_of(problem, guess):
+                    break
             yield guess
 
     def minima(self) -> tuple[Minimum, ...]:
@@ -109,23 +125,37 @@ class Search:
         scan.score(self.draws, lambda done: plan.progress(SCAN * done / 2))
         scan.along_lines(lambda done: plan.progress(SCAN * (1 + done) / 2))
         rows = telling(scan.best(), trials.posed, MORE * plan.starts, CANDIDATES * plan.starts)
-        return self._anew(self._descended(rows))
+        return self._otherwise(self._anew(self._descended(rows)))
 
     def _anew(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
         """Once more from segments that are parted anew at the best minimum, as long as that lowers it: states that no
-        log shows then come from better parameters."""
+        log shows then come from better parameters. Where logs show all of them, nothing would be new."""
         trials = self.trials
         assert trials.nodes is not None
-        for _ in range(ANEW):
+        for _ in range(ANEW if np.isnan(trials.nodes.states).any() else 0):
             best = minima[0]
             if best.arrived:
                 break
             x = begun(best.problem, best.solution.values)
-            row = np.append(x, rolled(trials.light, x, trials.nodes)[0])
+            row = np.append(x, trials.nodes.rolled(x)[0])
             minima = self._descended([row], minima)
             if minima[0].misfit > (1 - ALIKE) * best.misfit:
                 break
         return minima
+
+    def _otherwise(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
+        """Those of longer segments too, where all are doubtful, unless two ended in one free run: a node beside an
+        event misleads every guess."""
+        plan, nodes, (best, *others) = self.plan, self.trials.nodes, minima
+        assert nodes is not None
+        agreed = len(best.problem.segments) == len(best.problem.logs) and any(best.near(other) for other in others)
+        if agreed or best.arrived or best.misfit < DOUBTFUL or plan.segments:
+            return minima
+        count = max(round(LONGER * len(nodes.states) / len(self.trials.light.logs)), 1)
+        plan = replace(plan, segments=count, progress=lambda _: None, execution=replace(plan.execution, store=None))
+        again = Search(self.trials.free_run, self.free, plan)
+        with again.runner:
+            return best_first((*minima, *again.minima()))
 
     def _descended(self, rows: Sequence[np.ndarray], before: Sequence[Minimum] = ()) -> tuple[Minimum, ...]:
         """Minima ``before``, and those from some rows, taken in order until there is nothing more to be looked for."""
@@ -218,6 +248,17 @@ def noise_of(problem: SegmentProblem) -> dict[tuple[int, str], float]:
         noise |= {name: TIMED * float(np.median(np.diff(times))) for name, times in log.events.items()}
         found |= {(number, name): sd for name, sd in noise.items()}
     return found
+
+
+def refusal_of(problem: SegmentProblem, x: np.ndarray, *, shown: bool = False) -> str:
+    """Why the model refuses to begin with a guess; shown: in places that the log shows, where it shows them."""
+    log = problem.logs[0]
+    stretch = problem.stretch(0, x, log.time[:1])
+    if shown:
+        sensors = {name: problem.sensor(name, x) for name in log.measured if name in stretch.start}
+        places = {name: (log.measured[name][0] - one.offset) / one.gain for name, one in sensors.items()}
+        stretch = replace(stretch, start={**stretch.start, **places})
+    return problem.subject.refusal(stretch)
 
 
 def rates_of(problem: SegmentProblem) -> dict[str, str]:

@@ -5,9 +5,10 @@ model are differenced (`systems`).
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,42 +16,56 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import TOUCHING
-from fmu_models.simulation.field import VectorField
+from fmu_models.simulation.field import FieldRates, VectorField
 from fmu_models.simulation.run import KeptRun
-from fmu_models.simulation.sensitivity import SensitiveRun
+from fmu_models.simulation.sensitivity import RunWindow, SensitiveRun
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Event, Trajectory
 
 Vector = NDArray[np.float64]
 Inputs = Mapping[str, float | Signal]
 
+NONE = np.empty((0, 0, 0))  # slopes that were not asked for
 HALF = 5  # samples to either side that a parabola joins
+# of runs with tangents: slopes to 1e-9 for three quarters of the time of all that rounding allows
+TOLERANCE, EXACT = 1e-11, 1e-14
 KINEMATIC = 1e-9  # relative: so near to the rate of a state another one is that rate
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
-    """A run to be made. times: (n,) s of output; values: parameters; start: states; inputs: constant or Signal."""
+class Window:
+    """Where runs are read. start_time: s; times: (n,) s of output; inputs: constant or Signal. What a subject prepares
+    for a window serves all runs over it."""
 
     start_time: float
     times: Vector
-    values: Mapping[str, float]
-    start: Mapping[str, float]
     inputs: Inputs
 
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """A run to be made. values: parameters; start: states."""
+
+    window: Window
+    values: Mapping[str, float]
+    start: Mapping[str, float]
+
     @property
-    def begin(self) -> dict[str, Any]:
-        """Where and with what the run begins, as runs of all kinds take it."""
-        return {"start_time": self.start_time, "parameters": self.values, "start": self.start, "inputs": self.inputs}
+    def asked(self) -> dict[str, Any]:
+        """The run as those of all kinds take it."""
+        window = self.window
+        begin = {"start_time": window.start_time, "parameters": self.values, "start": self.start}
+        return {"stop_time": float(window.times[-1]), "output_times": window.times, "inputs": window.inputs, **begin}
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """A run with its derivatives. values: (n, k) of what is recorded; slopes: (n, k, m) by the unknowns; met: contacts
-    that had an event; hits: by contact, (h,) s, times at which it began to touch or to slip, with (h, m) slopes."""
+    """A run, with its derivatives where these were asked for. values: (n, k) of what is recorded; slopes: (n, k, m) by
+    the unknowns; met: contacts that had an event; hits: by contact that is timed, (h,) s, times at which it began to
+    touch or to slip, with (h, m) slopes."""
 
     values: Vector
-    slopes: Vector
+    slopes: Vector = field(default_factory=lambda: NONE)
     met: frozenset[str] = frozenset()
     hits: Mapping[str, tuple[Vector, Vector]] = field(default_factory=dict)
 
@@ -112,27 +127,22 @@ class Subject(ABC):
         """Whether the motion cannot begin here without a memory: in a stop, or behind a wall."""
         return False
 
-    def values(self, stretch: Stretch) -> Vector:
-        """(n, k) of what is recorded."""
-        return self.observed(stretch)[0]
-
-    def observed(self, stretch: Stretch) -> tuple[Vector, dict[str, Vector]]:
-        """(n, k) of what is recorded, and the times s of the hits of each contact that is timed."""
-        run = self.trajectory(stretch)
-        hits = {
-            name: np.array([event.time for event in run.events if event.contact == name and is_hit(event)])
-            for name in self.timed
-        }
-        values = np.column_stack([run[name] for name in self.recorded])
-        if len(values) < len(stretch.times) or not np.isfinite(values).all():
-            raise StickslipError(f"The run of '{self.fmu.description.modelName}' ended early.")
-        return values, hits
+    def refusal(self, stretch: Stretch) -> str:
+        """Why no motion can begin here, such as parameters that exclude each other; empty where nothing says so."""
+        return ""
 
     def shown(self, stretch: Stretch) -> Response:
         """The run without derivatives; errors as in `trajectory`."""
-        values, hits = self.observed(stretch)
-        none = np.empty((0, 0, 0))
-        return Response(values, none, hits={name: (times, none) for name, times in hits.items()})
+        run = self.trajectory(stretch)
+        values = np.column_stack([run[name] for name in self.recorded])
+        if len(values) < len(stretch.window.times) or not np.isfinite(values).all():
+            raise StickslipError(f"The run of '{self.fmu.description.modelName}' ended early.")
+        return Response(values, hits=self._hits(run.events))
+
+    def _hits(self, events: Iterable[Event]) -> dict[str, tuple[Vector, Vector]]:
+        """Times s at which each contact that is timed began to touch or to slip."""
+        listed = [(event.contact, event.time) for event in events if is_hit(event)] if self.timed else []
+        return {name: (np.array([time for contact, time in listed if contact == name]), NONE) for name in self.timed}
 
     def rates(self, stretch: Stretch) -> dict[str, str]:
         """Which states are rates of others, seen in a run: the position's name -> the speed's."""
@@ -158,31 +168,56 @@ class OwnSubject(Subject):
         super().__init__(fmu, parameters, measured)
         self.contacts = tuple(fmu.contacts)
         self._kept, self._field = KeptRun(fmu), VectorField(fmu, {})
-        self._sensitive = SensitiveRun(fmu, by=self.by, recorded=self.recorded)
+        self._windows: WeakKeyDictionary[Window, RunWindow] = WeakKeyDictionary()
+        # times of events are followed along whole motions, which may be chaotic
+        tolerance = EXACT if self.timed else TOLERANCE
+        self._sensitive = SensitiveRun(fmu, by=self.by, recorded=self.recorded, tolerance=tolerance)
         compliant = set(fmu.contacts) - set(fmu.impacts)
         self._stops = [place for place, name in enumerate(fmu.contacts) if name in compliant]
 
     def trajectory(self, stretch: Stretch) -> Trajectory:
-        return self._kept(float(stretch.times[-1]), output_times=stretch.times, **stretch.begin)
+        return self._kept(**stretch.asked)
+
+    def _window(self, window: Window) -> RunWindow:
+        if window not in self._windows:
+            begin = {"start_time": window.start_time, "inputs": window.inputs}
+            self._windows[window] = self._sensitive.window(window.times, **begin)
+        return self._windows[window]
+
+    def shown(self, stretch: Stretch) -> Response:
+        values, events = self._sensitive.values(self._window(stretch.window), stretch.values, stretch.start)
+        return Response(values, hits=self._hits(events))
 
     def respond(self, stretch: Stretch) -> Response:
-        run = self._sensitive.run(stretch.times, **stretch.begin)
+        run = self._sensitive.over(self._window(stretch.window), stretch.values, stretch.start)
         hits = {}
         for contact in self.timed:
             rows = [place for place, event in enumerate(run.events) if event.contact == contact and is_hit(event)]
             hits[contact] = np.array([run.events[row].time for row in rows]), run.event_derivative[rows]
-        return Response(run.values, run.derivative, frozenset(event.contact for event in run.events), hits)
+        met = frozenset(self.contacts[number] for number in set(run.events.rows["contact"].tolist()))
+        return Response(run.values, run.derivative, met, hits)
 
     def closed(self, stretch: Stretch) -> bool:
-        values = dict(stretch.values)
-        for name, value in stretch.inputs.items():
-            at = np.array([stretch.start_time])
-            values[name] = float(value.piece(at)[0][0]) if isinstance(value, Signal) else value
         try:
-            there = self._field.at([stretch.start[name] for name in self.states], values, stretch.start_time)
+            there = self._begun(stretch)
         except StickslipError:
             return True
         return any(there.contacts[place] == TOUCHING for place in self._stops)
+
+    def refusal(self, stretch: Stretch) -> str:
+        try:
+            self._begun(stretch)
+        except StickslipError as error:
+            return str(error)
+        return ""
+
+    def _begun(self, stretch: Stretch) -> FieldRates:
+        """Where the motion begins."""
+        values = dict(stretch.values)
+        for name, value in stretch.window.inputs.items():
+            at = np.array([stretch.window.start_time])
+            values[name] = float(value.piece(at)[0][0]) if isinstance(value, Signal) else value
+        return self._field.at([stretch.start[name] for name in self.states], values, stretch.window.start_time)
 
 
 def is_hit(event: Event) -> bool:

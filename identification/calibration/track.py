@@ -19,15 +19,16 @@ from fmu_models.base.record import record
 from fmu_models.base.shown import Pictured
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
-from identification.calibration.descent import STAGES, Progress, over_segments
+from identification.calibration.descent import STAGES, Progress
 from identification.calibration.drifting import CHANCE, DriftProblem
 from identification.calibration.follow import residuals_of
 from identification.calibration.log import LogLike, ModelLog, model_log
-from identification.calibration.nodes import nodes_of, rolled
+from identification.calibration.nodes import nodes_of
 from identification.calibration.pose import Settings, problem_of, with_instruments
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.result import SeriesResidual
 from identification.calibration.search import rates_of
+from identification.calibration.subject import Vector
 from identification.calibration.systems import opened, subject_of
 from identification.inference.problem import Evaluation, solve
 from identification.inference.whiteness import COLOURED
@@ -73,7 +74,7 @@ class Drift(Path):
         """What became of it."""
         first, last = (value_with_sd(self.values[n], self.deviations[n], self.unit) for n in (0, -1))
         if self.constant:
-            return f"'{self.name}' stays: {first}; a drift gains {self.gain:.1f} of -2 ln likelihood, as chance does."
+            return f"'{self.name}' stays: {last}; a drift gains {self.gain:.1f} of -2 ln likelihood, as chance does."
         low, high = min(self.values), max(self.values)
         return (
             f"'{self.name}' drifts from {first} to {last}, between {low:.4g} and {high:.4g}; that gains "
@@ -84,7 +85,8 @@ class Drift(Path):
 @dataclass(frozen=True)
 class Course(Pictured):
     """States and parameters along a log. times: (n,) s, of the states; nodes: (k,) s, from which on values of the
-    parameters hold; measured: (n,) by variable, empty in a course that is compared."""
+    parameters hold; measured: (n,) by variable, empty in a course that is compared; online: estimates know the samples
+    until then alone."""
 
     model: str
     title: str
@@ -95,6 +97,7 @@ class Course(Pictured):
     parameters: tuple[Drift, ...]
     residuals: tuple[SeriesResidual, ...]
     measured: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False, compare=False)
+    online: bool = False
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -121,8 +124,13 @@ class Course(Pictured):
             )
         return sentences
 
+    @property
+    def steps(self) -> str:
+        """How it was followed."""
+        return "sample by sample" if self.online else f"{len(self.nodes)} segments"
+
     def _heading(self) -> str:
-        return f"Track: {self.title} along {self.log}, {len(self.nodes)} segments"
+        return f"Track: {self.title} along {self.log}, {self.steps}"
 
     def _contents(self) -> Mapping[str, Any]:
         ends = {
@@ -161,6 +169,21 @@ def track(
             unknowns, an FMU that is co-simulated.
     """
     told = progress or (lambda _: None)
+    free_run, said, wanted = posed(model, log, drift, states, settings, more)
+    begun, x = _begun(free_run, len(drift), said)
+    smoothed, x, gains = _smoothed(begun, x, free_run.noise_known, told)
+    return _course(free_run, smoothed, x, gains, wanted)
+
+
+def posed(
+    model: Model | Fmu | CoupledSystem | Map,
+    log: LogLike,
+    drift: Sequence[str],
+    states: Sequence[str] | None,
+    settings: Settings | None,
+    more: Mapping[str, object],
+) -> tuple[SegmentProblem, Settings, list[str]]:
+    """The free run of a log, what is known of it, and whose courses are wanted; arguments and errors as in `track`."""
     said = replace(settings or Settings(), **more)  # type: ignore[arg-type]  # fields of it, by name
     fmu = opened(model)
     read = model_log(log, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, events=said.events, name="log")
@@ -177,9 +200,7 @@ def track(
         if name not in (*free_run.subject.states, *fmu.outputs):
             raise StickslipError(f"There is no state or output '{name}'.{nearest(name, fmu.states)}")
     subject = subject_of(fmu, drift, [*read.observed, *(name for name in wanted if name not in read.observed)])
-    begun, x = _begun(replace(free_run, subject=subject), len(drift), said)
-    smoothed, x, gains = _smoothed(begun, x, free_run.noise_known, told)
-    return _course(replace(free_run, subject=subject), smoothed, x, gains, wanted)
+    return replace(free_run, subject=subject), said, wanted
 
 
 def _check(said: Settings, log: ModelLog) -> None:
@@ -196,7 +217,7 @@ def _begun(free_run: SegmentProblem, count: int, said: Settings) -> tuple[DriftP
     """Segments with values of their own, each a log of its own, and where the search begins."""
     (log,) = free_run.logs
     nodes = nodes_of(free_run, [free_run.first], rates_of(free_run), said.segments)
-    problem, x = over_segments(free_run, nodes, free_run.first, rolled(free_run, free_run.first, nodes)[0])
+    problem, x = nodes.placed(free_run.first, nodes.rolled(free_run.first)[0])
     number = len(problem.segments)
     walks = np.arange(count * number).reshape(count, number)
     walking = [
@@ -265,63 +286,65 @@ def _weighed(problem: DriftProblem, x: np.ndarray) -> DriftProblem:
 def _course(
     free_run: SegmentProblem, smoothed: DriftProblem, x: np.ndarray, gains: np.ndarray, wanted: Sequence[str]
 ) -> Course:
-    problem, (log,), subject = smoothed.problem, free_run.logs, free_run.subject
+    problem, subject = smoothed.problem, free_run.subject
     covariance, columns = smoothed.covariance(x), [subject.recorded.index(name) for name in wanted]
     values, deviations = [], []
     for number, piece in enumerate(problem.logs):
         times = np.unique(np.append(piece.time, problem.segments[number].end))
         run = subject.respond(problem.stretch(number, x, times))
         at = np.searchsorted(times, piece.time)
-        places, used = problem.columns(number)
+        places = problem.differentiated(number)
+        used = np.flatnonzero(places >= 0)
         slopes = run.slopes[at][:, columns][:, :, used]
-        block = covariance[np.ix_(places, places)]
+        block = covariance[np.ix_(places[used], places[used])]
         values.append(run.values[at][:, columns])
         deviations.append(np.sqrt(np.maximum(np.einsum("nkp,pq,nkq->nk", slopes, block, slopes), 0.0)))
-    variables = subject.fmu.variables
-    paths = [
-        Path(name, str(variables[name].unit or "1"), *(tuple(np.vstack(part)[:, n].tolist()) for part in parts))
-        for n, name in enumerate(wanted)
-        for parts in [(values, deviations)]
-    ]
-    walked = []
+    every = np.vstack(values), np.vstack(deviations)
+    paths = {name: (every[0][:, n], every[1][:, n]) for n, name in enumerate(wanted)}
+    # within a segment the walk goes on, by a sixth of its length on average about its mean
+    lengths = np.append(smoothed.spans, problem.segments[-1].end - problem.segments[-1].begin)
+    walks = {}
     for row, name in enumerate(subject.parameters):
-        places = smoothed.walks[row]
-        rate = float(smoothed.rates[row]) if gains[row] > CHANCE else 0.0
-        # within a segment the walk goes on, by a sixth of its length on average about its mean
-        lengths = np.append(smoothed.spans, problem.segments[-1].end - problem.segments[-1].begin)
-        sd = np.sqrt(np.diag(covariance)[places] + rate**2 * lengths / 6)
-        walked.append(
-            Drift(
-                name,
-                str(variables[name].unit or "1"),
-                tuple(x[places].tolist()),
-                tuple(sd.tolist()),
-                rate=rate,
-                gain=float(gains[row]),
-            )
-        )
-    lines = _joined(free_run, problem, x)
+        places, gain = smoothed.walks[row], float(gains[row])
+        rate = float(smoothed.rates[row]) if gain > CHANCE else 0.0
+        walks[name] = x[places], np.sqrt(np.diag(covariance)[places] + rate**2 * lengths / 6), rate, gain
+    here, rows = problem.evaluate(x), []
+    for _, name in free_run.series:
+        parts = [n for n, (_, variable) in enumerate(problem.series) if variable == name]
+        rows.append(here.residual[np.isin(here.log, parts)])
+    noise = {(0, name): problem.noise[0, name] for _, name in free_run.series}
+    nodes = [segment.begin for segment in problem.segments]
+    return course_of(replace(free_run, noise=noise), paths, walks, nodes, rows)
+
+
+def course_of(
+    free_run: SegmentProblem,
+    paths: Mapping[str, tuple[Vector, Vector]],
+    walks: Mapping[str, tuple[Vector, Vector, float, float]],
+    nodes: Sequence[float],
+    rows: Sequence[Vector],
+    *,
+    online: bool = False,
+) -> Course:
+    """A course along the log of a free run. paths: values and deviations (n,) by state; walks: the same (k,) of
+    parameters, their rates and gains; nodes: (k,) s; rows: residuals over the noise, by series."""
+    (log,), fmu = free_run.logs, free_run.subject.fmu
+
+    def path(name: str, values: Vector, deviations: Vector) -> tuple[str, str, tuple[float, ...], tuple[float, ...]]:
+        return name, str(fmu.variables[name].unit or "1"), tuple(values.tolist()), tuple(deviations.tolist())
+
+    numbers = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
+    residual = np.concatenate(rows)
+    left = Evaluation(residual, np.zeros((len(residual), 0)), numbers, numbers, np.full(len(residual), np.nan))
     return Course(
-        model=str(subject.fmu.description.modelName),
-        title=str(subject.fmu.description.description or subject.fmu.description.modelName),
+        model=str(fmu.description.modelName),
+        title=str(fmu.description.description or fmu.description.modelName),
         log=log.name,
         times=tuple(log.time.tolist()),
-        states=tuple(paths),
-        nodes=tuple(segment.begin for segment in problem.segments),
-        parameters=tuple(walked),
-        residuals=tuple(lines),
+        states=tuple(Path(*path(name, *pair)) for name, pair in paths.items()),
+        nodes=tuple(nodes),
+        parameters=tuple(Drift(*path(name, *walk[:2]), rate=walk[2], gain=walk[3]) for name, walk in walks.items()),
+        residuals=tuple(residuals_of(free_run, left, {})),
         measured=dict(log.measured),
+        online=online,
     )
-
-
-def _joined(free_run: SegmentProblem, parted: SegmentProblem, x: np.ndarray) -> list[SeriesResidual]:
-    """What is left of each variable over the whole log."""
-    here, rows, numbers = parted.evaluate(x), [], []
-    for number, (_, name) in enumerate(free_run.series):
-        parts = [n for n, (_, variable) in enumerate(parted.series) if variable == name]
-        rows.append(here.residual[np.isin(here.log, parts)])
-        numbers.append(np.full(len(rows[-1]), number))
-    residual, log = np.concatenate(rows), np.concatenate(numbers)
-    noise = {(0, name): parted.noise[0, name] for _, name in free_run.series}
-    whole = Evaluation(residual, np.zeros((len(residual), 0)), log, log, np.full(len(residual), np.nan))
-    return residuals_of(replace(free_run, noise=noise), whole, {})

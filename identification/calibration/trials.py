@@ -15,17 +15,9 @@ from fmu_models.base.cache import digest
 from fmu_models.families.jobs import FINISHED, STOPPED, Jobs
 from fmu_models.simulation.rows import RunRows
 from fmu_models.simulation.signal import Signal
-from identification.calibration.descent import (
-    Minimum,
-    Progress,
-    between_events,
-    descend,
-    over_segments,
-    thinned,
-    with_logs,
-)
+from identification.calibration.descent import Minimum, Progress, between_events, descend, thinned, with_logs
 from identification.calibration.log import ModelLog
-from identification.calibration.nodes import Nodes, rolled
+from identification.calibration.nodes import Nodes
 from identification.calibration.problem import SegmentProblem
 from identification.inference.problem import Solution
 
@@ -77,7 +69,7 @@ class Trials:
 
     def _row(self, start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, bool]:
         if self.nodes is not None and len(start) == len(self.light.first):
-            starts, score = rolled(self.light, start, self.nodes)
+            starts, score = self.nodes.rolled(start)
             return np.append(score, starts), False
         problem, x = self.posed(start)
 
@@ -95,7 +87,7 @@ class Trials:
             timed = not any(log.measured for log in self.light.logs)
             return between_events(self.light, row) if timed else (self.light, row)
         count = len(self.light.first)
-        return over_segments(self.light, self.nodes, row[:count], row[count:].reshape(self.nodes.states.shape))
+        return self.nodes.placed(row, row[count:].reshape(self.nodes.states.shape))
 
     def _packed(self, minimum: Minimum, most: int) -> np.ndarray:
         problem, solution = minimum.problem, minimum.solution

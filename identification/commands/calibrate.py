@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,10 +10,13 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import check_files, save_figure
 from fmu_models.commands.bundles import bundled
 from identification.commands.calibrations import ModelLogs, ModelName, pairs_of, ranges_of
+from identification.commands.fits import sampled
 from identification.commands.logs import stated
 from identification.commands.recipes import ResultFiles
+from identification.inference.posterior import load_emcee
 
 
 @console.trusting
@@ -57,6 +61,11 @@ def calibrate(
     guesses: Annotated[int | None, typer.Option(help="Guesses that are scored (default: 24).", min=1)] = None,
     attempts: Annotated[int | None, typer.Option(help="Searches from the best of them (default: 3).", min=1)] = None,
     seed: Annotated[int, typer.Option(help="Of the guesses.")] = 0,
+    profile: Annotated[bool, typer.Option("--profile", help="Intervals by profile likelihood.")] = False,
+    posterior: Annotated[bool, typer.Option("--posterior", help="Sample what the logs leave open (MCMC).")] = False,
+    corner: Annotated[
+        Path | None, typer.Option("--corner", metavar="FILE", help="Draw the posterior, .png, .svg or .pdf.")
+    ] = None,
     workers: Annotated[int, typer.Option(help="Processes that search.", min=1)] = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Instead: a Dask cluster, tcp://host:8786.")
@@ -80,6 +89,9 @@ def calibrate(
     Example: stickslip calibrate pump.fmu a.csv b.csv --free k,c --each k --sensor y:gain,delay --prior "c=2+-0.1"
     """
     files.check()
+    check_files(figures=[corner], overwrite=files.overwrite)
+    if posterior or corner:
+        load_emcee()
     if resume and store is None:
         raise StickslipError("--resume goes on with a store: name it, --store search.zarr.")
     how: dict[str, Any] = {
@@ -98,12 +110,22 @@ def calibrate(
         from fmu_models.families.execution import Execution
         from identification.calibration.calibrate import calibrate as find
         from identification.report.calibration_summary import calibration_report
+        from identification.report.posterior_figure import posterior_figure
 
         how |= {"execution": Execution(workers, scheduler, store, resume, files.overwrite), "progress": advance}
         found = find(model, list(logs), free=console.names_of(free), **how)
+        if profile and not found.interrupted:
+            found = replace(found, intervals=found.profiles())
+        if posterior or corner:
+            found = sampled(found, lambda: found.sample(seed=seed))
         if files.figure:
             found.figure(files.figure, overwrite=files.overwrite)
-    files.say(found.to_dict(), lambda: calibration_report(found))
+        if corner and found.posterior is not None:
+            values = {one.name: one.value for one in found.all_values}
+            drawn = posterior_figure(found.posterior, found.title, values, list(found.values))
+            save_figure(drawn, corner, overwrite=files.overwrite)
+    figures = [path for path in (files.figure, corner) if path]
+    files.say(found.to_dict(), lambda: calibration_report(found), figures)
 
 
 def _priors(given: Sequence[str] | None) -> dict[str, tuple[float, float]]:

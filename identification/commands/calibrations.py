@@ -15,8 +15,6 @@ from identification.commands.fits import say_report
 from identification.commands.recipes import ResultFiles
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from fmu_models.fmu.fmu import Fmu
     from identification.calibration.log import ModelLog
     from identification.calibration.result import Calibration
@@ -55,7 +53,7 @@ class ModelLogs:
 
     def arguments(self) -> dict[str, Any]:
         """Arguments of ``calibrate`` and ``track``."""
-        from identification.calibration.problem import Sensor
+        from identification.calibration.segments import Sensor
 
         return {
             "parameters": console.assignments(self.settings, "parameter"),
@@ -143,30 +141,3 @@ def report_calibration(
             calibration, fmu, read, interactive=interactive, progress=lambda done: advance(0.9 * done)
         )
     say_report(findings, output, overwrite, json)
-
-
-def design_calibration(
-    path: Path,
-    declaration: str | None,
-    candidates: Sequence[dict[str, float]],
-    only: Sequence[str],
-    duration: float,
-    json: bool,
-) -> None:
-    """Rank experiments on a calibrated model."""
-    from identification.next_step.experiments import rank_experiments
-
-    with console.progress("simulating candidates") as advance:
-        calibration, fmu, _ = read_calibrated(path, declaration, [])
-        ranked = rank_experiments(calibration, fmu, candidates, duration=duration, only=only, progress=advance)
-
-    def show(out: Console) -> None:
-        from identification.report.calibration_summary import experiments_table
-
-        out.print(experiments_table(ranked))
-        for one in ranked.candidates:
-            if one.refused is not None:
-                settings = ", ".join(f"{name} = {value:g}" for name, value in one.settings.items())
-                out.print(console.plain(f"Refused ({one.refused}): {settings}."))
-
-    console.say(json, ranked.to_dict(), show)

@@ -2,83 +2,59 @@
 
 from __future__ import annotations
 
-from itertools import product
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.errors import StickslipError
-from identification.commands.calibrations import design_calibration, pairs_of
+from fmu_models.commands.bundles import bundled
+from identification.commands.experiments import OfCalibration, design_calibration, numbers
 from identification.commands.fits import FitFile
-from identification.commands.machines import MachinePlace, refuse
+from identification.commands.machines import refuse
 
 if TYPE_CHECKING:
     from identification.next_step.design import Design
 
 
 @console.trusting
+@bundled
 def design(
     fitted: FitFile,
     speeds: Annotated[str | None, typer.Option(help="Drive speeds to try, rad/s, separated by commas.")] = None,
     loads: Annotated[str | None, typer.Option(help="Normal forces to try, N, separated by commas.")] = None,
-    tried: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--try", metavar="NAME=V1,V2,...", help="Of a calibration: values of an input or drive; all combinations."
-        ),
-    ] = None,
-    only: Annotated[
-        str | None, typer.Option("--for", metavar="NAMES", help="Of a calibration: parameters that the ranking is for.")
-    ] = None,
-    machine: MachinePlace = None,
     duration: Annotated[float, typer.Option(help="Of the log to come, s.")] = 20.0,
+    *,
+    any_model: OfCalibration,
+    overwrite: console.Overwrite = False,
     json: console.Json = False,
 ) -> None:
     """Name the drive speed and load whose log would tell the fitted parameters apart best.
 
-    Of any calibrated model: which values of its inputs, drives and start states, among those to try, would.
+    Of any calibrated model: which values of its inputs, drives and start states, among those to try or within limits,
+    would; and which inputs over time, by Fourier series or levels within limits.
 
     Example: stickslip design fit.json
 
     Example: stickslip design pump.json --try w=10,20,40 --try p0=0.5,1 --for c
+
+    Example: stickslip design pump.json --input u=-1:1 --within p0=0.5:2 --for c -o u.csv
     """
     from identification.calibration.result import is_calibration
     from identification.fit.result import read_fit
 
     if is_calibration(fitted):
         refuse("any model", "a rig", {"speeds": speeds, "loads": loads})
-        design_calibration(fitted, machine, _candidates(tried), console.names_of(only), duration, json)
+        design_calibration(fitted, any_model, duration, overwrite, json)
         return
-    refuse("a rig", "any model", {"try": tried, "for": only, "machine": machine})
+    refuse("a rig", "any model", any_model.given())
     from identification.next_step.design import design as designed
 
     fit = read_fit(fitted)
-    asked = {"speeds": _numbers(speeds, "--speeds"), "loads": _numbers(loads, "--loads")}
+    given = {"speeds": speeds, "loads": loads}
+    asked = {name: None if text is None else numbers(text, f"--{name}") for name, text in given.items()}
     with console.progress("simulating candidates") as advance:
         found = designed(fit, **asked, duration=duration, progress=advance)
     console.say(json, found.to_dict(), lambda out: _print_design(found, out))
-
-
-def _numbers(text: str | None, option: str) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError as error:
-        raise StickslipError(
-            f"{option} takes numbers separated by commas, such as 0.2,0.41; found '{text}'."
-        ) from error
-
-
-def _candidates(tried: list[str] | None) -> list[dict[str, float]]:
-    """All combinations of values."""
-    values = {
-        name: _numbers(text, "--try") or [] for name, text in pairs_of(tried, "--try", "NAME=V1,V2, such as w=10,20")
-    }
-    if not values:
-        raise StickslipError("Say what could be set in the next experiment: --try w=10,20,40.")
-    return [dict(zip(values, combination, strict=True)) for combination in product(*values.values())]
 
 
 def _print_design(found: Design, out: console.Console) -> None:

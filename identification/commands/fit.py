@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files
 from fmu_models.base.threads import one_blas_thread
 from identification.commands.fits import (
@@ -23,6 +21,7 @@ from identification.commands.fits import (
     fit_logs,
     named,
     print_fit,
+    sampled,
     write_text,
 )
 from identification.commands.logs import Logs, ReaderOption, Repairs, Uncertainties, read_logs, stated
@@ -78,6 +77,7 @@ def fit(
     """
     from identification.estimators.base import Options
     from identification.fit.posterior import check_samplable
+    from identification.fit.posterior import posterior as drawn_posterior
     from identification.inference.choice import Inference
 
     check_files(result, figures=(figure, corner), overwrite=overwrite)
@@ -107,30 +107,15 @@ def fit(
         )
         advance(ended)
         if posterior:
-            found = sampled(found, ready, seed, workers, lambda done: advance(ended + (0.98 - ended) * done))
+            how: dict[str, Any] = {"seed": seed, "workers": workers}
+            how["progress"] = lambda done: advance(ended + (0.98 - ended) * done)
+            found = sampled(found, lambda: drawn_posterior(ready, found, **how))
         advance(0.98)
         files, interrupted = _kept(found, ready, {"result": result, "figure": figure, "corner": corner}, overwrite)
     content = {**found.to_dict(), "free_decay": decay.to_dict() if decay else None, "files": files}
     console.say(json, content, lambda out: print_fit(decay, found, files, out))
     if interrupted:
         raise typer.Exit(console.INTERRUPTED)
-
-
-def sampled(
-    found: FrictionFit, ready: Pool, seed: int, workers: int | None, progress: Callable[[float], None]
-) -> FrictionFit:
-    """The fit with its posterior; without it, in words, where chains had not converged or an interrupt came."""
-    from identification.fit.posterior import posterior
-
-    if found.interrupted:
-        return found
-    try:
-        drawn = posterior(ready, found, seed=seed, workers=workers, progress=progress)
-    except StickslipError as error:
-        return replace(found, warnings=(f"No posterior: {error}", *found.warnings))
-    except KeyboardInterrupt:
-        return replace(found, warnings=("Interrupted: the posterior was not sampled to its end.", *found.warnings))
-    return replace(found, posterior=drawn)
 
 
 def _kept(found: FrictionFit, ready: Pool, paths: Mapping[str, Path | None], overwrite: bool) -> tuple[list[str], bool]:
@@ -150,7 +135,10 @@ def _kept(found: FrictionFit, ready: Pool, paths: Mapping[str, Path | None], ove
             draw_friction(found, ready, figure, overwrite)
             files.append(str(figure))
         if corner and found.posterior is not None:
-            save_figure(posterior_figure(found), corner, overwrite=overwrite)
+            title = f"{found.law} law of {' and '.join(found.contacts)}"
+            known = {one.name: one.value for one in (*found.parameters, *found.nuisance, *found.constants)}
+            names = [one.name for one in found.parameters]
+            save_figure(posterior_figure(found.posterior, title, known, names), corner, overwrite=overwrite)
             files.append(str(corner))
     except KeyboardInterrupt:
         interrupted = True

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -17,7 +18,9 @@ from identification.estimators import ESTIMATORS
 from identification.inference.defaults import AUTO, NONE
 
 if TYPE_CHECKING:
+    from identification.calibration.result import Calibration
     from identification.fit.result import FrictionFit
+    from identification.inference.posterior import Posterior
     from identification.measurement.free_decay import FreeDecay
     from identification.measurement.pooled import Pool
     from identification.model_check.families import FamilyComparison
@@ -39,8 +42,22 @@ EstimatorName = Annotated[
     str, typer.Option("--estimator", help=f"{', '.join(ESTIMATORS.names())}, or your own, my_estimator.py.")
 ]
 
+Sampled = TypeVar("Sampled", "FrictionFit", "Calibration")
+
 RATIOS = ("k/J", "c/J")  # constants that a free decay gives
 NOTHING = Stated()
+
+
+def sampled(found: Sampled, draw: Callable[[], Posterior]) -> Sampled:
+    """The fit with its posterior; without it, in words, where chains had not converged or an interrupt came."""
+    if found.interrupted:
+        return found
+    try:
+        return replace(found, posterior=draw())
+    except StickslipError as error:
+        return replace(found, warnings=(f"No posterior: {error}", *found.warnings))
+    except KeyboardInterrupt:
+        return replace(found, warnings=("Interrupted: the posterior was not sampled to its end.", *found.warnings))
 
 
 def named(disturbances: str) -> str | list[str]:

@@ -230,7 +230,7 @@ class FrictionFit(Moving):
         degree of freedom for each slip segment to spare."""
         for interval in self.intervals:
             if interval.name == name and interval.level == level:
-                return _ends(interval.low, interval.high)
+                return interval.ends
         reach = self._reach(level) * self[name].standard_deviation
         return self[name].value - reach, self[name].value + reach
 

@@ -14,6 +14,7 @@ Transtrum, Machta and Sethna (2011), Phys. Rev. E 83, 036701.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -96,9 +97,8 @@ class _Descent:
         self.scale = np.maximum(self.scale, np.linalg.norm(slopes, axis=0))
         scale = np.where(self.scale > 0, self.scale, 1.0)
         basis, triangle = np.linalg.qr(slopes / scale)
-        return _Factors(
-            weights, rows, scale, basis, triangle, (self.low - self.x) * scale, (self.high - self.x) * scale
-        )
+        bounds = (self.low - self.x) * scale, (self.high - self.x) * scale
+        return _Factors(weights, rows, scale, basis, triangle, np.linalg.svd(triangle), *bounds)
 
     def _best(self, factors: _Factors, damping: float) -> tuple[np.ndarray, float]:
         """Where the best of the steps leads to, and its damping."""
@@ -133,18 +133,22 @@ class _Descent:
 @dataclass(frozen=True, eq=False)
 class _Factors:
     """A gradient in units of its columns. weights, rows: (n,) of the loss, and residuals; scale: (m,); basis, triangle:
-    of the weighed and scaled gradient; low, high: (m,) longest steps."""
+    of the weighed and scaled gradient; singular: vectors and values of the triangle; low, high: (m,) longest steps."""
 
     weights: np.ndarray
     rows: np.ndarray
     scale: np.ndarray
     basis: np.ndarray
     triangle: np.ndarray
+    singular: Any
     low: np.ndarray
     high: np.ndarray
 
     def _solved(self, damping: float, target: np.ndarray, fixed: np.ndarray, free: np.ndarray) -> np.ndarray:
         """(m,) damped least squares of the free unknowns. target: (n,); fixed: (m,) of the others."""
+        if free.all():
+            left, size, right = self.singular
+            return right.T @ (size / (size**2 + damping) * (left.T @ (self.basis.T @ target)))
         count = len(free)
         rows = np.vstack([self.triangle, np.sqrt(damping) * np.eye(count)])
         whole = np.append(self.basis.T @ target, np.zeros(count)) - rows[:, ~free] @ fixed[~free]

@@ -41,6 +41,11 @@ class Interval:
     kind: str
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """Low and high, infinite where it is open."""
+        return (-np.inf if self.low is None else self.low), (np.inf if self.high is None else self.high)
+
+    @property
     def sides(self) -> str:
         """Which ends the data give: "two-sided", "lower bound only", "upper bound only", "open"."""
         if self.low is not None and self.high is not None:

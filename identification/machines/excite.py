@@ -21,6 +21,7 @@ from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Tabular
 from fmu_models.language.mechanism import Mechanism
+from identification.inference.excitation import best_of_draws, fourier
 from identification.machines.regressor import Regressor, base_parameters, effort_inputs, regressor_of
 
 if TYPE_CHECKING:
@@ -28,9 +29,7 @@ if TYPE_CHECKING:
 
 GRID = 128  # times in a period where the columns are asked
 FINE = 1024  # where limits are
-DRAWS = 200
-SEARCHES = 3  # from the best of the draws
-EVALUATIONS = 1500
+EVALUATIONS = 1500  # of each search
 NOISE = 0.01  # of the usual effort, per sample, for the deviations that are foretold
 
 
@@ -55,7 +54,7 @@ class Excitation(Tabular, Recorded):
 
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Positions, velocities and accelerations (n, joints) at times (n,) s."""
-        return _motion(np.array(self.middle), np.array(self.sines), np.array(self.cosines), self.period, time)
+        return fourier(np.array(self.middle), np.array(self.sines), np.array(self.cosines), self.period, time)
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -97,7 +96,7 @@ def excite(
     regressor = regressor_of(mechanism, known)
     room = _Room(mechanism, regressor, limits)
     design = _Design(regressor, base_parameters(regressor).places, room, period, harmonics)
-    optimum, first = design.best(seed, progress if progress is not None else lambda _: None)
+    optimum, first = best_of_draws(design.cost, design.draw, seed, EVALUATIONS, progress or (lambda _: None))
     base = base_parameters(regressor)
     columns, efforts = design.columns(optimum)
     noise = NOISE * float(np.sqrt(np.mean(efforts**2)))
@@ -118,17 +117,6 @@ def excite(
         dict(zip(base.names, spread.tolist(), strict=True)),
         {parameter.name: parameter.unit for parameter in base.parameters},
     )
-
-
-def _motion(
-    middle: np.ndarray, sines: np.ndarray, cosines: np.ndarray, period: float, time: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    wave = 2 * np.pi / period * np.arange(1, sines.shape[1] + 1)
-    s, c = np.sin(np.outer(time, wave)), np.cos(np.outer(time, wave))
-    q = middle + s @ sines.T + c @ cosines.T
-    v = c @ (sines * wave).T - s @ (cosines * wave).T
-    a = -s @ (sines * wave**2).T - c @ (cosines * wave**2).T
-    return q, v, a
 
 
 class _Room:
@@ -187,10 +175,10 @@ class _Design:
         """Middle, sines and cosines of the search variables (2 joints harmonics,), as large as the limits allow."""
         sines, cosines = x.reshape(self.shape)
         middle = self.room.middle
-        q, v, _ = _motion(middle, sines, cosines, self.period, self.fine)
+        q, v, _ = fourier(middle, sines, cosines, self.period, self.fine)
         share = self.room.share(q, v)
         for _ in range(40):
-            if self.room.holds(*_motion(middle, share * sines, share * cosines, self.period, self.fine)):
+            if self.room.holds(*fourier(middle, share * sines, share * cosines, self.period, self.fine)):
                 return middle, share * sines, share * cosines
             share *= 0.9
         raise StickslipError(
@@ -200,7 +188,7 @@ class _Design:
 
     def columns(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Columns of the base parameters over a period (GRID joints, b), and the declared efforts."""
-        q, v, a = _motion(*self.coefficients(x), self.period, self.grid)
+        q, v, a = fourier(*self.coefficients(x), self.period, self.grid)
         regressor = self.regressor(q, v, a)
         return regressor[:, :, self.places].reshape(-1, len(self.places)), regressor @ self.regressor.declared
 
@@ -210,17 +198,6 @@ class _Design:
         sign, value = np.linalg.slogdet(columns.T @ columns)
         return -float(value) if sign > 0 else 1e6
 
-    def best(self, seed: int, progress: Callable[[float], None]) -> tuple[np.ndarray, np.ndarray]:
-        """Search variables of the best motion, and of the best random one."""
-        from scipy.optimize import minimize
-
-        rng = np.random.default_rng(seed)
-        falling = 1 / np.arange(1, self.shape[2] + 1)
-        draws = [(rng.normal(size=self.shape) * falling).ravel() for _ in range(DRAWS)]
-        ranked = sorted(draws, key=self.cost)
-        progress(0.2)
-        optima = []
-        for number, start in enumerate(ranked[:SEARCHES]):
-            optima.append(minimize(self.cost, start, method="Powell", options={"maxfev": EVALUATIONS, "xtol": 1e-2}).x)
-            progress(0.2 + 0.8 * (number + 1) / SEARCHES)
-        return min(optima, key=self.cost), ranked[0]
+    def draw(self, random: np.random.Generator) -> np.ndarray:
+        """Search variables of a random motion."""
+        return (random.normal(size=self.shape) / np.arange(1, self.shape[2] + 1)).ravel()

@@ -6,43 +6,53 @@ of what is measured by the parameters, start states projected out, and sd the no
     I = D'D/sd^2,    sd' = sqrt(diag((C^-1 + I)^-1)),    C the covariance of the calibration.
 
 A parameter that its logs do not tell begins without any information. Candidates are ranked by the geometric mean of
-sd', which no unit enters. It holds near the values that were found: what is far off may call for another experiment.
+sd', which no unit enters, over the values that were found and draws from their deviations: where contacts graze, slopes
+at one point promise what those beside it do not keep. What is far off may call for another experiment.
 
-Source: Fedorov (1972), Theory of Optimal Experiments, chapter 2.
+Sources: Fedorov (1972), Theory of Optimal Experiments, chapter 2; Chaloner, Verdinelli (1995), Statistical Science 10,
+273 (mean over what is known of the values).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.base.digits import value_with_sd
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Tabular
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.fmu import Fmu
-from identification.calibration.result import Calibration
-from identification.calibration.subject import Stretch, Subject
+from fmu_models.simulation.signal import Signal
+from identification.calibration.result import CalibratedValue, Calibration
+from identification.calibration.subject import Stretch, Subject, Window
 from identification.calibration.systems import subject_of
-from identification.calibration.untold import column_norms
+from identification.calibration.untold import TAKES_PART, column_norms
 
 if TYPE_CHECKING:
     import pandas
 
 SAMPLES = 1000
+LOST = 1e-12  # of the largest eigenvalue of the scaled precision: a direction that is not told
+POINTS, FAR = 8, 2.0  # draws from the calibration beside what was found, by so many deviations
+OTHER_NOISE = 0.01  # of its root mean square: noise of a variable that nothing measured so far
 
 
 @dataclass(frozen=True)
 class CandidateExperiment:
     """A candidate. settings: what differs from the calibration; deviations: of each parameter with its log beside those
-    that were calibrated with, None where it stays untold; refused: why it is none, None if it is one."""
+    that were calibrated with, None where it stays untold; refused: why it is none, None if it is one; label: what it
+    is, where settings do not say it; signals: inputs over time."""
 
     settings: Mapping[str, float]
     deviations: Mapping[str, float | None]
     refused: str | None = None
+    label: str = ""
+    signals: Mapping[str, Signal] = field(default_factory=dict)
 
     @property
     def size(self) -> float:
@@ -50,14 +60,22 @@ class CandidateExperiment:
         told = [sd for sd in self.deviations.values() if sd]
         return float(np.mean(np.log(told))) if told and len(told) == len(self.deviations) else np.inf
 
+    @property
+    def words(self) -> str:
+        """What is set."""
+        settings = ", ".join(f"{name} = {value:.4g}" for name, value in self.settings.items())
+        return " of ".join(part for part in (self.label, settings) if part) or "as it was"
+
 
 @dataclass(frozen=True)
 class Experiments(Tabular, Recorded):
-    """Candidates, the best first, those refused last. deviations: as they are now; duration: s, of each."""
+    """Candidates, the best first, those refused last. deviations: as they are now; duration: s, of each; sentences:
+    what would tell parameters that the logs do not."""
 
     candidates: tuple[CandidateExperiment, ...]
     deviations: Mapping[str, float | None]
     duration: float
+    sentences: tuple[str, ...] = ()
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -66,6 +84,7 @@ class Experiments(Tabular, Recorded):
 
         return pandas.DataFrame(
             {
+                **({"experiment": candidate.label} if candidate.label else {}),
                 **candidate.settings,
                 **{f"sd {name}": sd for name, sd in candidate.deviations.items()},
                 "refused": candidate.refused,
@@ -99,37 +118,173 @@ def rank_experiments(
         StickslipError: a name that is none or was calibrated itself, a duration that is not positive, or nothing
             measured but times of events.
     """
-    names = [parameter.name for parameter in calibration.parameters if parameter.name in fmu.parameters]
-    known = [*fmu.inputs, *(name for name in fmu.parameters if name not in names), *fmu.states]
-    for name in dict.fromkeys(name for one in candidates for name in one):
-        refuse_unknown(
-            name,
-            known,
-            f"'{name}' is nothing that an experiment on {calibration.model} can set: "
-            f"no input, held parameter or state.",
-        )
-    for name in only:
-        refuse_unknown(name, names, f"{calibration.model} was calibrated without '{name}'.")
-    noise = {line.variable: line.rms for line in calibration.residuals if line.variable in fmu.variables}
-    if not (duration > 0 and samples > len(names) and noise and names):
-        raise StickslipError(
-            "An experiment needs a duration above 0, more samples than parameters, and a calibration of samples whose "
-            "parameters all logs share."
-        )
-    if calibration.horizon is not None:
-        duration = min(duration, calibration.horizon)
-    subject, now = subject_of(fmu, names, list(noise)), _precision(calibration, names)
-    chosen = list(only) or names
+    settable = dict.fromkeys(name for one in candidates for name in one)
+    forecast = Forecast.of(calibration, fmu, settable, duration=duration, only=only, samples=samples)
     judged = []
     for number, candidate in enumerate(candidates):
-        try:
-            information = _information(calibration, subject, candidate, duration, samples, noise)
-            judged.append(CandidateExperiment(dict(candidate), _deviations(now + information, names, chosen)))
-        except StickslipError as error:
-            judged.append(CandidateExperiment(dict(candidate), dict.fromkeys(chosen), str(error)))
+        judged.append(forecast.judged(candidate))
         progress((number + 1) / len(candidates))
-    ranked = tuple(sorted(judged, key=lambda one: (one.refused is not None, one.size)))
-    return Experiments(ranked, _deviations(now, names, chosen), duration)
+    return forecast.experiments(judged)
+
+
+@dataclass(frozen=True, eq=False)
+class Forecast:
+    """What one more log would tell. names: parameters that all logs share; chosen: those that count; noise: by measured
+    variable, 0 of one that nothing measured so far; now: (m, m) precision of the parameters; points: the calibration,
+    and others that it could be; duration, samples: of the log."""
+
+    calibration: Calibration
+    subject: Subject
+    names: Sequence[str]
+    chosen: Sequence[str]
+    noise: Mapping[str, float]
+    now: np.ndarray
+    points: Sequence[Calibration]
+    duration: float
+    samples: int
+
+    @classmethod
+    def of(
+        cls,
+        calibration: Calibration,
+        fmu: Fmu,
+        settable: Iterable[str],
+        *,
+        duration: float,
+        only: Sequence[str],
+        samples: int,
+    ) -> Forecast:
+        """Of experiments that set some names; errors as in `rank_experiments`."""
+        names = [parameter.name for parameter in calibration.parameters if parameter.name in fmu.parameters]
+        known = [*fmu.inputs, *(name for name in fmu.parameters if name not in names), *fmu.states]
+        for name in settable:
+            refuse_unknown(
+                name,
+                known,
+                f"'{name}' is nothing that an experiment on {calibration.model} can set: "
+                f"no input, held parameter or state.",
+            )
+        for name in only:
+            refuse_unknown(name, names, f"{calibration.model} was calibrated without '{name}'.")
+        noise = {line.variable: line.rms for line in calibration.residuals if line.variable in fmu.variables}
+        if not (duration > 0 and samples > len(names) and noise and names):
+            raise StickslipError(
+                "An experiment needs a duration above 0, more samples than parameters, and a calibration of samples "
+                "whose parameters all logs share."
+            )
+        if calibration.horizon is not None:
+            duration = min(duration, calibration.horizon)
+        subject, now = subject_of(fmu, names, list(noise)), _precision(calibration, names)
+        return cls(
+            calibration, subject, names, list(only) or names, noise, now, _points(calibration), duration, samples
+        )
+
+    def judged(
+        self, settings: Mapping[str, float], signals: Mapping[str, Signal] | None = None, label: str = ""
+    ) -> CandidateExperiment:
+        """A candidate, refused where it has no run."""
+        said, refused = dict.fromkeys(self.chosen), None
+        try:
+            said = self.deviations(self.informations(settings, signals))
+        except StickslipError as error:
+            refused = str(error)
+        return CandidateExperiment(dict(settings), said, refused, label, dict(signals or {}))
+
+    def experiments(self, judged: Iterable[CandidateExperiment]) -> Experiments:
+        """All that were judged, in their order, and what they tell that the logs do not."""
+        ranked = tuple(sorted(judged, key=lambda one: (one.refused is not None, one.size)))
+        now = _deviations(self.now, self.names, self.chosen)
+        return Experiments(ranked, now, self.duration, tuple(self._sentences(now, ranked)))
+
+    def deviations(self, informations: Sequence[np.ndarray]) -> dict[str, float | None]:
+        """Geometric means over the points, by name; None of what is not told at one of them."""
+        each = [_deviations(self.now + information, self.names, self.chosen) for information in informations]
+        logs = {name: [np.log(sd) for one in each if (sd := one[name])] for name in self.chosen}
+        return {name: float(np.exp(np.mean(of))) if len(of) == len(each) else None for name, of in logs.items()}
+
+    def informations(
+        self, settings: Mapping[str, float], signals: Mapping[str, Signal] | None = None
+    ) -> list[np.ndarray]:
+        """(m, m) that the log of an experiment adds, at each of the points.
+
+        Raises:
+            StickslipError: it has no run, or that no derivative.
+        """
+        fmu = self.subject.fmu
+        constants = {name: value for name, value in self.calibration.reading.inputs.items() if value is not None}
+        inputs = {name: value for name, value in {**constants, **settings}.items() if name in fmu.inputs}
+        times = np.linspace(0.0, self.duration, self.samples + 1)[1:]
+        window = Window(0.0, times, {**inputs, **(signals or {})})
+        return [self._information(point, settings, window) for point in self.points]
+
+    def _information(self, calibration: Calibration, settings: Mapping[str, float], window: Window) -> np.ndarray:
+        first, fmu = calibration.logs[0], self.subject.fmu
+        values = {**calibration.held, **calibration.values_in(first)}
+        values |= {name.removesuffix("(0)"): value for name, value in calibration.values_in(first, starts=True).items()}
+        values |= settings
+        parameters = {name: value for name, value in values.items() if name in (*fmu.parameters, *fmu.memories)}
+        start = {name: values.get(name, fmu.start_of(name)) for name in self.subject.states}
+        run = self.subject.respond(Stretch(window, parameters, start))
+        recorded = self.subject.recorded
+        noise = {name: sd or OTHER_NOISE * _rms(run.values[:, recorded.index(name)]) for name, sd in self.noise.items()}
+        slopes = np.vstack([run.slopes[:, recorded.index(name)] / sd for name, sd in noise.items()])
+        if not np.isfinite(slopes).all():
+            raise StickslipError("The run has no derivative.")
+        count = len(self.subject.parameters)
+        starts = slopes[:, count:] / column_norms(slopes[:, count:])
+        left = slopes[:, :count] - starts @ np.linalg.lstsq(starts, slopes[:, :count], rcond=None)[0]
+        return left.T @ left
+
+    def _sentences(self, now: Mapping[str, float | None], ranked: Sequence[CandidateExperiment]) -> Iterable[str]:
+        untold = [name for name, sd in now.items() if sd is None]
+        if not untold:
+            return
+        able = [one for one in ranked if one.refused is None]
+        best = min(able, key=lambda one: sum(one.deviations[name] is None for name in untold), default=None)
+        told = {name: sd for name in untold if best and (sd := best.deviations[name]) is not None}
+        if told and best:
+            values = ((self.calibration[name], sd) for name, sd in told.items())
+            words = ", ".join(f"{one.name} = {value_with_sd(one.value, sd, one.unit)}" for one, sd in values)
+            yield f"The logs do not tell {', '.join(told)}. This would: {best.words}, after which {words}."
+        if left := [name for name in untold if name not in told]:
+            others = self._others(left, best) if best else []
+            measure = f"measure one of {', '.join(others)}" if others else "measure what was not"
+            yield f"Nothing that was tried tells {', '.join(left)}: hold one of them, give it a prior, or {measure}."
+
+    def _others(self, left: Sequence[str], best: CandidateExperiment) -> list[str]:
+        """Variables which, if they were measured beside the others, would tell what is left."""
+        fmu, others = self.subject.fmu, []
+        for name in dict.fromkeys((*fmu.outputs, *self.subject.states)):
+            if name in self.noise:
+                continue
+            noise = {**self.noise, name: 0.0}
+            more = replace(self, subject=subject_of(fmu, self.names, list(noise)), noise=noise)
+            seen = more.judged(best.settings, best.signals).deviations
+            if all(seen.get(parameter) is not None for parameter in left):
+                others.append(name)
+        return others
+
+
+def _points(calibration: Calibration) -> list[Calibration]:
+    """What was found, and draws from what is not known of it."""
+    random, told = np.random.default_rng(0), [one.standard_deviation is not None for one in calibration.parameters]
+    covariance = np.where(np.outer(told, told), np.array(calibration.covariance), 0.0)
+    points = [calibration]
+    for offsets in random.multivariate_normal(np.zeros(len(told)), covariance, POINTS, method="eigh"):
+        parameters = map(_moved, calibration.parameters, offsets.tolist())
+        starts = (_moved(one, random.normal() * (one.standard_deviation or 0.0)) for one in calibration.starts)
+        points.append(replace(calibration, parameters=tuple(parameters), starts=tuple(starts)))
+    return points
+
+
+def _moved(one: CalibratedValue, offset: float) -> CalibratedValue:
+    low = -np.inf if one.minimum is None else one.minimum
+    high = np.inf if one.maximum is None else one.maximum
+    return replace(one, value=float(np.clip(one.value + FAR * offset, low, high)))
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2))) or 1.0
 
 
 def _precision(calibration: Calibration, names: Sequence[str]) -> np.ndarray:
@@ -142,40 +297,17 @@ def _precision(calibration: Calibration, names: Sequence[str]) -> np.ndarray:
     return precision
 
 
-def _information(
-    calibration: Calibration,
-    subject: Subject,
-    candidate: Mapping[str, float],
-    duration: float,
-    samples: int,
-    noise: Mapping[str, float],
-) -> np.ndarray:
-    first, fmu = calibration.logs[0], subject.fmu
-    values = {**calibration.held, **calibration.values_in(first)}
-    values |= {name.removesuffix("(0)"): value for name, value in calibration.values_in(first, starts=True).items()}
-    constants = {name: value for name, value in calibration.reading.inputs.items() if value is not None}
-    values |= {**constants, **candidate}
-    parameters = {name: value for name, value in values.items() if name in (*fmu.parameters, *fmu.memories)}
-    start = {name: values.get(name, float(fmu.variables[name].start or 0.0)) for name in subject.states}
-    inputs = {name: value for name, value in values.items() if name in fmu.inputs}
-    times = np.linspace(0.0, duration, samples + 1)[1:]
-    run = subject.respond(Stretch(0.0, times, parameters, start, inputs))
-    slopes = np.vstack([run.slopes[:, subject.recorded.index(name)] / sd for name, sd in noise.items()])
-    if not np.isfinite(slopes).all():
-        raise StickslipError("The run has no derivative.")
-    count = len(subject.parameters)
-    starts = slopes[:, count:] / column_norms(slopes[:, count:])
-    left = slopes[:, :count] - starts @ np.linalg.lstsq(starts, slopes[:, :count], rcond=None)[0]
-    return left.T @ left
-
-
 def _deviations(precision: np.ndarray, names: Sequence[str], chosen: Sequence[str]) -> dict[str, float | None]:
     """By name; None of what is not told."""
     sizes = np.sqrt(np.diag(precision))
     told = np.flatnonzero(sizes > 0)
-    scaled = precision[np.ix_(told, told)] / np.outer(sizes[told], sizes[told])
     deviations: dict[str, float | None] = dict.fromkeys(chosen)
-    if told.size and np.linalg.cond(scaled) < 1e12:
-        spread = np.sqrt(np.diag(np.linalg.inv(scaled))) / sizes[told]
-        deviations |= {names[n]: float(sd) for n, sd in zip(told.tolist(), spread, strict=True) if names[n] in chosen}
+    if told.size:
+        values, vectors = np.linalg.eigh(precision[np.ix_(told, told)] / np.outer(sizes[told], sizes[told]))
+        known = values > LOST * values[-1]
+        lost = np.any(np.abs(vectors[:, ~known]) > TAKES_PART, axis=1)
+        spread = np.sqrt((vectors[:, known] ** 2) @ (1 / values[known])) / sizes[told]
+        for n, sd, unseen in zip(told.tolist(), spread.tolist(), lost, strict=True):
+            if names[n] in chosen and not unseen:
+                deviations[names[n]] = sd
     return deviations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from identification.calibration.follow import FollowedLog
 from identification.calibration.result import Calibration, SeriesResidual
 from identification.inference.whiteness import COLOURED
 from identification.next_step.experiments import Experiments
+from identification.report.tables import posterior_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,13 +27,17 @@ def calibration_report(found: Calibration) -> Group:
     """Everything that a calibration says."""
     from rich.console import Group
 
-    parts = [values_table(found), residuals_table(found.residuals), plain(meaning(found))]
+    parts: list[Any] = [values_table(found), residuals_table(found.residuals), plain(meaning(found))]
+    if found.posterior is not None:
+        own = {one.name: found.interval(one.name) for one in found.all_values}
+        parts.insert(1, posterior_table(found.posterior, own))
     return Group(plain(found.title, "bold"), *parts, *(plain(f"- {note}") for note in verdicts(found)))
 
 
 def verdicts(found: Calibration) -> list[str]:
     """What the logs leave open, other minima, warnings."""
-    return [*found.directions, *_minima(found), *found.warnings]
+    hint = ["What would tell that: stickslip design RESULT --within NAME=LOW:HIGH."] if found.directions else []
+    return [*found.directions, *hint, *_minima(found), *found.warnings]
 
 
 def values_table(found: Calibration) -> PrintedTable:
@@ -40,13 +45,12 @@ def values_table(found: Calibration) -> PrintedTable:
     rows = []
     for one in (*found.parameters, *found.starts):
         low, high = found.interval(one.name)
-        told = one.standard_deviation is not None
         rows.append(
             [
                 one.name,
                 known_to(one.value, one.standard_deviation),
                 sd(one.standard_deviation),
-                *(known_to(end, one.standard_deviation) if told else "open" for end in (low, high)),
+                *(known_to(end, one.standard_deviation) if np.isfinite(end) else "open" for end in (low, high)),
                 one.unit if one.unit != "1" else "",
                 number(one.first, ".4g"),
             ]
@@ -78,13 +82,21 @@ def residuals_table(residuals: Sequence[SeriesResidual]) -> PrintedTable:
 def experiments_table(ranked: Experiments) -> PrintedTable:
     """Deviations as they are, and with each candidate beside the logs, the best first."""
     names = list(ranked.deviations)
-    heads = list(ranked.candidates[0].settings)
-    rows: list[list[str | Cell]] = [["as it is", *[""] * (len(heads) - 1), *(sd(ranked.deviations[n]) for n in names)]]
+    settings: dict[str, str | Cell] = {name: "" for one in ranked.candidates for name in one.settings}
+    labels = ["experiment"] if any(one.label for one in ranked.candidates) else []
+    blank = [""] * (len(labels) + len(settings) - 1)
+    rows: list[list[str | Cell]] = [["as it is", *blank, *(sd(ranked.deviations[name]) for name in names)]]
     for candidate in ranked.candidates:
         if candidate.refused is None:
-            settings = (number(value, ".4g") for value in candidate.settings.values())
-            rows.append([*settings, *(sd(candidate.deviations[name]) for name in names)])
-    columns = [*heads, *(f"sd {name}" for name in names)]
+            values = {**settings, **{name: number(value, ".4g") for name, value in candidate.settings.items()}}
+            rows.append(
+                [
+                    *([candidate.label] if labels else []),
+                    *values.values(),
+                    *(sd(candidate.deviations[n]) for n in names),
+                ]
+            )
+    columns = [*labels, *settings, *(f"sd {name}" for name in names)]
     return table(f"Predicted with one more log of {ranked.duration:g} s", columns, rows)
 
 
@@ -152,4 +164,4 @@ def draw_calibration(found: Calibration, axes: Axes) -> None:
     axes.plot(log.time, log.measured[name], ".", color="0.6", markersize=3, label="measured")
     axes.plot(log.time[shown], np.asarray(run[name])[shown], color="#0072b2", linewidth=0.9, label="model")
     axes.set(xlabel="time (s)", ylabel=f"{name} ({run.units.get(name, '1')})")
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)  # curves fill the axes

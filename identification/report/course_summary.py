@@ -35,7 +35,7 @@ def ends_table(course: Course) -> PrintedTable:
         cells = [cell for n in ends for cell in (known_to(path.values[n], path.deviations[n]), sd(path.deviations[n]))]
         rows.append([path.name, *cells, path.unit if path.unit != "1" else ""])
     columns = ["of", "at first", "sd", "in the middle", "sd", "at last", "sd", "unit"]
-    return table(f"Along {course.log}, {len(course.nodes)} segments", columns, rows)
+    return table(f"Along {course.log}, {course.steps}", columns, rows)
 
 
 def draw_course(course: Course, axes: Axes) -> None:

@@ -26,7 +26,8 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
     shown += [tables.rivals_table(fit)] if len(fit.rivals) > 1 else []
     shown += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []
     shown += [tables.constants_table(fit)]
-    shown += [tables.posterior_table(fit)] if fit.posterior is not None else []
+    if fit.posterior is not None:
+        shown.append(tables.posterior_table(fit.posterior, {q.name: fit.interval(q.name) for q in fit.parameters}))
     shown += [tables.sensors_table(fit)] if "laser_gain_correction" in fit.sensors else []
     shown += [tables.velocity_table(fit)] if "velocity_gain" in fit.sensors else []
     said = [f"Disturbance {cause.sentence}" for cause in fit.causes]

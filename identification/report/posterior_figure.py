@@ -10,24 +10,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from identification.inference.posterior import QUANTILES
+from identification.inference.posterior import QUANTILES, Posterior
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from matplotlib.figure import Figure
-
-    from identification.fit.result import FrictionFit
 
 COLOUR = "#0072b2"
 WITHIN = (0.393, 0.864)  # shares of the samples inside one and two deviations of a normal pair
 
 
-def posterior_figure(fit: FrictionFit, names: Sequence[str] = ()) -> Figure:
-    """A corner plot of the law's parameters, or of the unknowns named; lines: the fit's values, dashed: 95 %.
+def posterior_figure(found: Posterior | None, title: str, values: Mapping[str, float], names: Sequence[str]) -> Figure:
+    """A corner plot of the unknowns named; lines: the ``values`` that were fitted, dashed: 95 %.
 
     Raises:
-        StickslipError: corner is not installed, the fit holds no samples, or a name is not among its unknowns.
+        StickslipError: corner is not installed, there are no samples, or a name is not among their unknowns.
     """
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
@@ -36,35 +34,36 @@ def posterior_figure(fit: FrictionFit, names: Sequence[str] = ()) -> Figure:
         import corner
     except ImportError as error:
         raise StickslipError("corner is not installed. Install it: pip install 'stickslip[posterior]'") from error
-    found = fit.posterior
     if found is None or found.samples is None:
         raise StickslipError("The fit holds no samples of a posterior. Fit the logs again with --posterior.")
     known = [marginal.name for marginal in found.marginals]
-    wanted = list(names) or [parameter.name for parameter in fit.parameters]
-    if missing := [name for name in wanted if name not in known]:
+    if missing := [name for name in names if name not in known]:
         raise StickslipError(f"The posterior has no unknown '{missing[0]}'; it has {', '.join(known)}.")
-    places = [known.index(name) for name in wanted]
-    fitted = {parameter.name: parameter.value for parameter in (*fit.parameters, *fit.nuisance, *fit.constants)}
+    places = [known.index(name) for name in names]
     units = [found.marginals[place].unit for place in places]
-    size = 2.4 * len(wanted) + 0.6
+    size = 2.4 * len(names) + 0.6
     figure = Figure(figsize=(size, size))
     options: dict[str, Any] = {
-        "labels": [f"{name} ({unit})" for name, unit in zip(wanted, units, strict=True)],
+        "labels": [f"{name} ({unit})" for name, unit in zip(names, units, strict=True)],
         "quantiles": (QUANTILES[0], QUANTILES[-1]),
         "levels": WITHIN,
         "color": COLOUR,
         "smooth": 1.0,
-        "truths": [fitted.get(name) for name in wanted],
+        "truths": [values.get(name) for name in names],
         "truth_color": "black",
     }
+    if len(names) == 1:  # corner draws no truths there, but an error
+        options["truths"] = None
     corner.corner(np.asarray(found.samples)[:, places], fig=figure, **options)
+    if len(names) == 1 and names[0] in values:
+        figure.axes[0].axvline(values[names[0]], color="black")
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
             if isinstance(axis.get_major_locator(), MaxNLocator):
                 # none at the ends, where those of the next panel stand; few, as their numbers are long
                 axis.set_major_locator(MaxNLocator(4, prune="both"))
     figure.suptitle(
-        f"{fit.law} law of {' and '.join(fit.contacts)}, posterior\n{found.independent:.0f} independent samples\n"
+        f"{title}, posterior\n{found.independent:.0f} independent samples\n"
         "solid: fit; dashed: 95 %\ncontours: 39 and 86 %",
         x=0.98,
         ha="right",

@@ -14,6 +14,7 @@ from rig_io.packages.sidecar import file_hash
 if TYPE_CHECKING:
     from identification.fit.parts import Constant, FittedParameter
     from identification.fit.result import FrictionFit
+    from identification.inference.posterior import Posterior
     from identification.measurement.free_decay import FreeDecay
     from identification.next_step.design import Design
     from rig_io.logs.log import RigLog
@@ -97,11 +98,8 @@ def nuisance_table(parameters: Sequence[FittedParameter]) -> PrintedTable:
     return table("Estimated beside the law", ("", "value ± sd", "unit", "meaning"), rows)
 
 
-def posterior_table(fit: FrictionFit) -> PrintedTable:
-    """Medians and intervals of the posterior, beside the widths of the intervals of the fit."""
-    found = fit.posterior
-    assert found is not None
-    own = {parameter.name: fit.interval(parameter.name) for parameter in fit.parameters}
+def posterior_table(found: Posterior, own: Mapping[str, tuple[float, float]]) -> PrintedTable:
+    """Medians and intervals of the posterior, beside the widths of the intervals that a fit has of its ``own``."""
     rows = []
     for one in found.marginals:
         low, high = own.get(one.name, (np.nan, np.nan))

@@ -17,7 +17,7 @@ import sympy
 
 from fmu_models.language.automaton import Automaton, Switch
 from fmu_models.language.quantities import Input, Parameter, State
-from identification.calibration.problem import Sensor
+from identification.calibration.segments import Sensor
 
 FINER = 8  # points of a band-limited force for each sample
 Log = tuple[dict[str, np.ndarray], dict[str, tuple[np.ndarray, np.ndarray]]]  # columns; inputs at other times

@@ -66,6 +66,13 @@ def test_a_log_in_other_units_gives_parameters_with_intervals(stickslip, log, tm
     ranked = stickslip("design", result, "--try", "omega=0.8,1.2", "--for", "k", "--json")
     assert {one["settings"]["omega"] for one in ranked.json["candidates"]} == {0.8, 1.2}
     assert ranked.json["candidates"][0]["deviations"]["k"] < ranked.json["deviations"]["k"]
+    speed = tmp_path / "speed.csv"
+    asked = ("--input", "v_dr=0.6:1.4", "--levels", "3", "--samples", "50", "--duration", "10")
+    planned = stickslip("design", result, *asked, "--for", "k", "-o", speed)
+    assert planned.code == 0 and "best of random" in planned.out and "written" in planned.out
+    assert stickslip("simulate", "forced_stick_slip", "--input", f"v_dr={speed}:v_dr", "--until", "10").code == 0
+    assert "-o writes inputs" in stickslip("design", result, "--within", "omega=1:2", "-o", speed).err
+    assert "values, --try" in stickslip("design", result, "--for", "k").err
     refused = stickslip("compare", result, log, "--scene", "a.toml")
     assert refused.code == 2 and "that of any model; --scene: for that of a rig or a machine" in refused.err
 
@@ -86,6 +93,24 @@ def test_bad_input_is_a_sentence(stickslip, log, more, words):
     answer = stickslip("calibrate", "forced_stick_slip", log, *more)
     assert answer.code == 2
     assert words in answer.err.replace("\n", " ")
+
+
+def test_profile_and_posterior_are_as_wide_as_deviations_where_all_is_nearly_linear(stickslip, log, tmp_path):
+    asked = ("calibrate", "forced_stick_slip", log, "--free", "k", "--start", "x", "--guesses", 1, "--attempts", 1)
+    corner = tmp_path / "corner.png"
+    answer = stickslip(*asked, "--profile", "--corner", corner, "-o", tmp_path / "r.json", "--json")
+    assert answer.code == 0, answer.err
+    assert corner.exists() and answer.json["files"] == [str(tmp_path / "r.json"), str(corner)]
+    found = read_calibration(tmp_path / "r.json")
+    k, (profiled,) = found["k"], (one for one in found.intervals if one.name == "k")
+    assert found.interval("k") == profiled.ends and profiled.kind == "profile"
+    wide = 2 * 1.966 * float(k.standard_deviation or np.nan)  # Student's t of 399 degrees of freedom
+    assert profiled.ends[1] - profiled.ends[0] == pytest.approx(wide, rel=0.05)
+    assert found.posterior is not None
+    drawn = next(one for one in found.posterior.marginals if one.name == "k")
+    assert drawn.standard_deviation == pytest.approx(k.standard_deviation, rel=0.15)
+    assert "Posterior" in found.summary()
+    assert "exists" in stickslip(*asked, "--corner", corner).err
 
 
 def test_a_ball_is_calibrated_from_a_column_of_impact_times(stickslip, tmp_path):
@@ -112,5 +137,9 @@ def test_a_parameter_is_tracked_along_a_log(stickslip, log, tmp_path):
     (a0,) = answer.json["parameters"]
     assert a0["name"] == "a0" and len(a0["values"]) == len(answer.json["nodes"])
     assert a0["values"][5] == pytest.approx(1.5, abs=0.02) and figure.stat().st_size > 1000
+    asked = ("track", "forced_stick_slip", log, "--drift", "a0", "--rate", "a0=0.01")
+    filtered = stickslip(*asked, "--online", "--json")
+    assert filtered.code == 0 and filtered.json["online"] and len(filtered.json["nodes"]) > 100
+    assert "--rate is of a filter" in stickslip(*asked).err
     table = stickslip("track", "forced_stick_slip", log, "--state", "v")
     assert table.code == 0 and "in the middle" in table.out

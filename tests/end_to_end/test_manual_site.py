@@ -14,6 +14,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from made.gallery_jobs import CALIBRATIONS
 
 from fmu_models.oscillators import MODELS
 from fmu_models.report.manual import KEPT, NEEDED, forget_old, manual_site
@@ -100,6 +101,7 @@ def test_the_manual_is_built_and_holds_together(stickslip) -> None:
     named = {path.relative_to(site).as_posix() for path in pages}
     assert {"index.html", "search.html", "genindex.html", "reference/commands.html", "reference/scene.html"} <= named
     assert {f"gallery/scenes/{path.stem}.html" for path in files()} <= named
+    assert {f"gallery/calibrations/{case.name}.html" for case in CALIBRATIONS} <= named
     assert {f"gallery/{part}/{name}.html" for name in MODELS.members() for part in ("oscillators", "live")} <= named
     index = json.loads(re.sub(r"^Search\.setIndex\((.*)\)$", r"\1", (site / "searchindex.js").read_text("utf-8")))
     live = {name for name in named if name.startswith("gallery/live/")}

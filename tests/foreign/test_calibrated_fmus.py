@@ -13,7 +13,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
 from identification.calibration.calibrate import calibrate
 from identification.calibration.log import ModelLog
-from identification.calibration.subject import Stretch
+from identification.calibration.subject import Stretch, Window
 from identification.calibration.systems import SOLVER, subject_of
 
 bench = benchmark_script("bench_calibrate")
@@ -29,10 +29,25 @@ def test_differences_of_runs_are_derivatives(model: Models):
     """Of exp(-k t) x0: -t exp(-k t) x0 and exp(-k t), to the square of the step (1e-8)."""
     subject = subject_of(model("dahlquist"), ["k"], ["x"])
     time = np.linspace(0, 3, 31)
-    run = subject.respond(Stretch(0.0, time, {"k": 0.7}, {"x": 2.0}, {}))
+    run = subject.respond(Stretch(Window(0.0, time, {}), {"k": 0.7}, {"x": 2.0}))
     decay = np.exp(-0.7 * time)
     assert run.slopes[:, 0, 0] == pytest.approx(-2 * time * decay, abs=3e-8)
     assert run.slopes[:, 0, 1] == pytest.approx(decay, abs=3e-8)
+
+
+def test_differences_go_through_impacts(model: Models):
+    """Behind the third one, v = e^3 u - g t + (1 + 2 e + 2 e^2) u with u = sqrt(2 g h); slopes to the square of the
+    step, by states and parameters, and in whatever order these are named."""
+    subject, time = subject_of(model("ball"), ["g", "e"], ["v"]), np.array([1.7])
+    g, e, h = 9.81, 0.7, 1.0
+    u, passed = np.sqrt(2 * g * h), 1 + 2 * e + 2 * e**2
+    by_speed = e**3 + passed
+    expected = [by_speed * u / (2 * g) - 1.7, (3 * e**2 + 2 + 4 * e) * u, by_speed * u / (2 * h)]
+    window = Window(0.0, time, {})
+    for values in ({"g": g, "e": e}, {"e": e, "g": g}):
+        run = subject.respond(Stretch(window, values, {"h": h, "v": 0.0}))
+        assert run.values[0, 1] == pytest.approx(by_speed * u - g * 1.7, abs=1e-9)
+        assert run.slopes[0, 1, :3] == pytest.approx(expected, rel=1e-7)
 
 
 def test_derivative_just_behind_an_impact_is_that_of_the_flight(model: Models):
@@ -41,7 +56,7 @@ def test_derivative_just_behind_an_impact_is_that_of_the_flight(model: Models):
     e, g, fall = 0.7, 9.81, np.sqrt(2 / 9.81)
     for after in (1e-6, -1e-6):
         time = np.array([fall + after])
-        run = subject.respond(Stretch(0.0, time, {"g": g, "e": e}, {"h": 1.0, "v": 0.0}, {}))
+        run = subject.respond(Stretch(Window(0.0, time, {}), {"g": g, "e": e}, {"h": 1.0, "v": 0.0}))
         expected = (1 + e) * fall / 2 - fall if after > 0 else -fall
         # one side only: to the first power of the step, and its rounding
         assert run.slopes[0, 1, 0] == pytest.approx(expected, abs=1e-3)

@@ -15,7 +15,7 @@ from fmu_models.coupling import ssp_writer
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem
 from identification.calibration.calibrate import calibrate
-from identification.calibration.subject import Stretch
+from identification.calibration.subject import Stretch, Window
 from identification.calibration.systems import SystemFmu, subject_of
 
 TRUE = {"a.k": 5.0, "b.kc": 3.0}
@@ -96,11 +96,11 @@ def test_slopes_are_those_of_runs_with_what_the_system_states(system):
     time = np.linspace(0, 4, 21)
     subject = subject_of(SystemFmu.coupled(system), ["a.k"], ["b.x"])
     start = {name: 0.0 for name in subject.states} | {"a.x": 1.0}
-    response = subject.respond(Stretch(0.0, time, {"a.k": 4.0}, start, {}))
+    response = subject.respond(Stretch(Window(0.0, time, {}), {"a.k": 4.0}, start))
     low, high = (run(system, time, **{"a.k": 4.0 + step})["b.x"] for step in (-1e-3, 1e-3))
     column = subject.recorded.index("b.x")
     assert response.slopes[:, column, 0] == pytest.approx((high - low) / 2e-3, abs=1e-6)
-    assert subject.rates(Stretch(0.0, time, {}, start, {})) == {"a.x": "a.v", "b.x": "b.v"}
+    assert subject.rates(Stretch(Window(0.0, time, {}), {}, start)) == {"a.x": "a.v", "b.x": "b.v"}
 
 
 def test_a_system_that_is_stepped_is_refused(system):

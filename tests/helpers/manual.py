@@ -9,7 +9,7 @@ from pathlib import Path
 
 from checkout import ROOT
 
-MADE = ("reference", "python", "gallery", "scenes", "oscillators")
+MADE = ("reference", "python", "gallery", "scenes", "oscillators", "calibrations")
 
 
 def pages() -> list[Path]:

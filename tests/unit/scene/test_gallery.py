@@ -5,17 +5,21 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
 import pytest
 from made.gallery import PAPERS, figure_of, make, table
+from made.gallery_jobs import CALIBRATIONS
 from matplotlib.image import imread
 
 from fmu_models import StickslipError, read_scene
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.read import files, find
+
+PAIR = next(case for case in CALIBRATIONS if case.model == "impact_pair")
 
 
 def test_every_oscillator_is_of_one_paper():
@@ -29,10 +33,10 @@ def test_every_oscillator_has_a_scene_with_known_values():
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Path:
-    """The gallery of two scenes and a model."""
+    """The gallery of two scenes, a model and a calibration."""
     folder = tmp_path_factory.mktemp("gallery")
     scenes = [find("planar_hopf_cycle"), find("planar_hopf_figure_2")]
-    make(scenes, ["planar_hopf"], folder / "pages", folder / "site" / "live")
+    make(scenes, ["planar_hopf"], folder / "pages", folder / "site" / "live", [PAIR])
     return folder
 
 
@@ -41,13 +45,14 @@ def test_pages_are_there_with_their_pictures_and_lead_to_one_another(made):
     found = {str(page.relative_to(pages)): page.read_text("utf-8") for page in pages.rglob("*.md")}
     assert set(found) == {
         "index.md",
+        "calibrations/calibrated_pair.md",
         "oscillators/planar_hopf.md",
         "scenes/planar_hopf_cycle.md",
         "scenes/planar_hopf_figure_2.md",
     }
     for name, text in found.items():
         for link in re.findall(r"\]\(([^)]+)\)", text):
-            if link not in ("../claims.md", "../return_maps.md"):
+            if not link.endswith(("claims.md", "return_maps.md", "calibrate.md", "impact_pair.md")):
                 assert ((pages / name).parent / link).is_file(), f"{name}: {link}"
     assert all(name in found["index.md"] for name in set(found) - {"index.md"})
 
@@ -60,6 +65,19 @@ def test_known_values_stand_beside_those_found(made):
         "[Limit cycle after a discontinuous Hopf bifurcation](../scenes/planar_hopf_cycle.md) | `period`" in oscillator
     )
     assert "| `mu` | 1 | 1 | bifurcation parameter |" in oscillator
+
+
+def test_what_is_calibrated_stands_beside_the_truth(made):
+    text = (made / "pages/calibrations/calibrated_pair.md").read_text("utf-8")
+    assert re.search(r"\| `e` \| 0\.4 \| 0\.6 \| (0\.59|0\.60)\d+ ± 0\.0\d+ \| 0\.\d+ to 0\.\d+ \|", text)
+    assert "--free D,A,e,phi0 --set D=8.0 --set A=1.4" in text
+    assert imread(made / "pages/pictures/calibrated_pair.png").std() > 0.05
+
+
+def test_a_calibration_that_misses_the_truth_stops_the_build(tmp_path):
+    wrong = replace(PAIR, truth={"e": 0.6}, first={"e": 0.5, "D": 6.1})
+    with pytest.raises(StickslipError, match=r"calibrated_pair: e is .* the truth is 0\.6"):
+        make([], [], tmp_path / "pages", tmp_path / "live", [wrong])
 
 
 def test_scenes_share_the_live_page_of_their_model_and_tell_it_their_values(made):

@@ -21,7 +21,7 @@ from fmu_models.importer.simulate import simulate
 from fmu_models.simulation.inputs import TOLERANCE, signal_of
 from fmu_models.simulation.measured import read_measured
 from fmu_models.simulation.sensitivity import SensitiveRun
-from fmu_models.simulation.signal import Signal
+from fmu_models.simulation.signal import Signal, knots
 
 TIME = np.linspace(0.0, 3.0, 61)
 SPEED = 0.4 + 0.1 * TIME  # rad/s
@@ -41,6 +41,15 @@ def log(folder: Path, columns: dict[str, Any], fields: list[dict[str, Any]] | No
         resource = {"path": path.name, "schema": {"fields": fields}}
         (folder / "datapackage.json").write_text(json.dumps({"resources": [resource]}))
     return path
+
+
+def test_a_level_that_goes_on_ends_no_step():
+    level = Signal.held([0.0, 1.0, 2.0, 3.0], [2.0, 2.0, 5.0, 5.0])
+    np.testing.assert_array_equal(level.bends, [0.0, 2.0, 2.0, 3.0])
+    times, values, slopes = knots({"w": level, "u": Signal([0.0, 1.5, 3.0], [0.0, 1.5, 3.0])}, 0.5, 3.0)
+    np.testing.assert_array_equal(times, [0.5, 1.5, 2.0])
+    np.testing.assert_array_equal(values, [[2.0, 0.5], [2.0, 1.5], [5.0, 2.0]])
+    np.testing.assert_array_equal(slopes, [[0.0, 1.0]] * 3)
 
 
 FORMS: dict[str, Callable[[Path], Any]] = {

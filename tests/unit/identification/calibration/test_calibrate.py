@@ -16,12 +16,13 @@ from fmu_models.fmu.load import load
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
-from identification.calibration.descent import Minimum, best_first, over_segments
+from identification.calibration.descent import Minimum, best_first
 from identification.calibration.log import model_log
-from identification.calibration.nodes import nodes_of, rolled
+from identification.calibration.nodes import nodes_of
 from identification.calibration.pose import Settings, problem_of
-from identification.calibration.problem import Sensor
 from identification.calibration.result import read_calibration
+from identification.calibration.search import Plan, Search
+from identification.calibration.segments import Sensor
 from identification.inference.problem import Solution
 
 
@@ -113,7 +114,7 @@ def test_residuals_alone_are_those_with_slopes(belt):
     settings = Settings(sensors={"x": Sensor(clip=(-10.0, 1.3))}, sensed=[("x", "delay")], events={"belt": "t_stick"})
     problem, _ = problem_of(belt, [model_log(log, belt, events=settings.events)], ["k", "a0"], settings)
     nodes = nodes_of(problem, [problem.first], {"x": "v"}, 4)
-    problem, x = over_segments(problem, nodes, problem.first, rolled(problem, problem.first, nodes)[0])
+    problem, x = nodes.placed(problem.first, nodes.rolled(problem.first)[0])
     here = problem.evaluate(x)
     np.testing.assert_allclose(problem.residual(x), here.residual, atol=1e-9)
     for place in range(len(x)):
@@ -169,6 +170,17 @@ def test_bad_input_is_a_sentence_before_any_search(belt, change, more, words):
     log = change(noisy(belt, 3))
     with pytest.raises(StickslipError, match=words):
         calibrate(belt, log, **{"free": ["k"], **more})
+
+
+def test_first_values_that_exclude_each_other_are_refused_and_no_guess_has_such():
+    block = load("block_on_belt")
+    log = noisy(block, 3, noise=1e-4)
+    with pytest.raises(StickslipError, match=r"No motion can begin with the first values.*mu_k exceeds mu_s"):
+        calibrate(block, log, free=["mu_s", "mu_k"], parameters={"mu_s": 0.3})
+    free, parameters = ["mu_s", "mu_k"], {"mu_s": 0.5, "mu_k": 0.45}
+    posed = problem_of(block, [model_log(log, block)], free, Settings(parameters=parameters))
+    drawn = np.array(Search(*posed, Plan(guesses=40)).draws)
+    assert len(drawn) == 40 and (drawn[:, 0] >= drawn[:, 1]).all()
 
 
 def test_parameter_without_effect_is_refused():

@@ -10,7 +10,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.maps import MAPS
 from fmu_models.sections.iteration import Iteration, iterate
 from identification.calibration.calibrate import calibrate
-from identification.calibration.subject import Stretch
+from identification.calibration.subject import Stretch, Window
 from identification.calibration.systems import SystemFmu, subject_of
 
 NOISE = 0.005
@@ -47,7 +47,7 @@ def test_slopes_of_iterates_are_closed_forms():
     r, x0 = 3.2, 0.3
     x1 = r * x0 * (1 - x0)
     slopes = r * (1 - 2 * x1) * np.array([x0 * (1 - x0), r * (1 - 2 * x0)]) + np.array([x1 * (1 - x1), 0.0])
-    response = subject.respond(Stretch(5.0, np.array([6.0, 7.0]), {"r": r}, {"x": x0}, {}))
+    response = subject.respond(Stretch(Window(5.0, np.array([6.0, 7.0]), {}), {"r": r}, {"x": x0}))
     assert response.values[:, 0] == pytest.approx([x1, r * x1 * (1 - x1)], rel=1e-14)
     assert response.slopes[1, 0] == pytest.approx(slopes, rel=1e-8)
 
@@ -61,4 +61,4 @@ def test_times_between_iterates_are_refused():
 def test_a_map_that_leaves_every_bound_is_a_bad_guess():
     subject = subject_of(SystemFmu.of_map(MAPS.load("logistic")), ["r"], ["x"])
     with pytest.raises(StickslipError, match="leave every bound"):
-        subject.values(Stretch(0.0, np.array([40.0]), {"r": 3.2}, {"x": -2.0}, {}))
+        subject.shown(Stretch(Window(0.0, np.array([40.0]), {}), {"r": 3.2}, {"x": -2.0}))

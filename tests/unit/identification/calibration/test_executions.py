@@ -14,12 +14,12 @@ from fmu_models.base.version import version
 from fmu_models.families.cluster import packed, run_part
 from fmu_models.families.execution import Execution
 from fmu_models.families.jobs import Jobs
-from identification.calibration import trials
 from identification.calibration.calibrate import calibrate
 from identification.calibration.log import model_log
+from identification.calibration.nodes import Nodes
 from identification.calibration.pose import Settings, problem_of
 from identification.calibration.search import Plan, Search
-from identification.calibration.subject import Stretch
+from identification.calibration.subject import Stretch, Window
 from identification.calibration.systems import opened, subject_of
 from identification.calibration.ties import TiedSubject, of_lmfit
 
@@ -40,7 +40,7 @@ def test_processes_and_stores_give_the_same_and_an_interrupt_goes_on(belt, found
         calibrate(belt, log, free=FREE, parameters=OFF, execution=Execution(1, store=store))
     with pytest.raises(StickslipError, match=r"first\.k = "):
         calibrate(belt, log, free=FREE, parameters={**OFF, "k": 1.2}, execution=Execution(1, store=store, resume=True))
-    monkeypatch.setattr(trials, "rolled", None)
+    monkeypatch.setattr(Nodes, "rolled", None)
     again = calibrate(belt, log, free=FREE, parameters=OFF, execution=Execution(2, store=store, resume=True))
     assert again.values == found.values and not again.interrupted
 
@@ -49,11 +49,11 @@ def test_processes_and_stores_give_the_same_and_an_interrupt_goes_on(belt, found
 def test_a_subject_travels_by_what_it_was_made_from(belt, kind):
     if kind == "map":
         subject = subject_of(opened("henon"), ["a"], ["x"])
-        stretch = Stretch(0.0, np.arange(1.0, 6.0), {"a": 1.2, "b": 0.3}, {"x": 0.1, "y": 0.1}, {})
+        stretch = Stretch(Window(0.0, np.arange(1.0, 6.0), {}), {"a": 1.2, "b": 0.3}, {"x": 0.1, "y": 0.1})
     elif kind == "coupled":
         subject = subject_of(opened("disc_rig_motors"), ["motor1.K"], ["rig.theta"])
         start = {name: subject.fmu.start_of(name) for name in subject.states}
-        stretch = Stretch(0.0, np.array([0.1, 0.2]), {"motor1.K": 1.5}, start, {})
+        stretch = Stretch(Window(0.0, np.array([0.1, 0.2]), {}), {"motor1.K": 1.5}, start)
     else:
         subject = subject_of(belt, ["a1", "a0"], ["x"])
         if kind == "tied":
@@ -61,7 +61,7 @@ def test_a_subject_travels_by_what_it_was_made_from(belt, kind):
             parameters.add("a1", value=1.2)
             parameters.add("a0", expr="a1")
             subject = TiedSubject(subject, of_lmfit(belt, parameters)[1]["ties"])
-        stretch = Stretch(0.0, np.arange(1.0, 6.0), {"a1": 1.2, "a0": 1.4}, {"x": 1.0, "v": 0.1}, {})
+        stretch = Stretch(Window(0.0, np.arange(1.0, 6.0), {}), {"a1": 1.2, "a0": 1.4}, {"x": 1.0, "v": 0.1})
     there = pickle.loads(pickle.dumps(subject))
     np.testing.assert_array_equal(there.respond(stretch).slopes, subject.respond(stretch).slopes)
     assert there.fmu.sha256 == subject.fmu.sha256

@@ -18,8 +18,8 @@ from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
 from identification.calibration.follow import follow
 from identification.calibration.log import Reading, model_log
-from identification.calibration.problem import Sensor
 from identification.calibration.result import read_calibration
+from identification.calibration.segments import Sensor
 from identification.report.calibration_figures import followed_figure
 from identification.report.calibration_page import calibration_findings
 from identification.report.calibration_summary import followed_sentences
@@ -108,7 +108,7 @@ def test_inputs_are_read_as_they_were(belt):
 def test_posterior_of_a_small_case_is_its_normal_distribution(belt):
     log = noisy(belt, 1, 15.0, 151)
     small = calibrate(belt, log, free=["k"], parameters={"v": -0.72}, starts=["x"], guesses=1, attempts=1)
-    posterior = small.posterior(steps=400)
+    posterior = small.sample(steps=400)
     assert [one.name for one in posterior.marginals] == ["k", "x(0)"]
     for one in posterior.marginals:
         # nearly linear: mean and deviation of the chains to a tenth of a deviation and 20 %

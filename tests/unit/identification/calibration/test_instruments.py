@@ -15,7 +15,7 @@ from fmu_models.base.errors import StickslipError
 from identification.calibration.calibrate import calibrate
 from identification.calibration.log import model_log
 from identification.calibration.pose import Settings, with_instruments
-from identification.calibration.problem import Sensor
+from identification.calibration.segments import Sensor
 
 
 def described(folder: Path, columns: dict[str, Any], fields: list[dict[str, Any]]) -> Path:

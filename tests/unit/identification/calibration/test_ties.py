@@ -12,7 +12,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.load import load
 from identification.calibration.calibrate import calibrate
 from identification.calibration.follow import follow
-from identification.calibration.subject import Stretch
+from identification.calibration.subject import Stretch, Window
 from identification.calibration.systems import subject_of
 from identification.calibration.ties import TiedSubject, of_lmfit
 
@@ -52,7 +52,7 @@ def test_slopes_follow_the_expressions(belt, parameters):
     time = np.linspace(0.5, 9.0, 18)
 
     def run(a1: float):
-        stretch = Stretch(0.0, time, {"k": 1.0, "a1": a1, "m": 1.0}, {"x": 1.0, "v": 0.0}, {})
+        stretch = Stretch(Window(0.0, time, {}), {"k": 1.0, "a1": a1, "m": 1.0}, {"x": 1.0, "v": 0.0})
         return subject.respond(stretch)
 
     here, low, high = run(1.5), run(1.5 - 1e-5), run(1.5 + 1e-5)

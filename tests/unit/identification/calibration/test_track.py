@@ -9,34 +9,10 @@ import pytest
 from noisy_belt import noisy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from identification.calibration.track import track
 
-UNTIL, PARTS, NOISE = 60.0, 60, 0.02
-
-
-@pytest.fixture(scope="module")
-def drifting(belt: Fmu) -> dict[str, np.ndarray]:
-    """Places and speeds while the breakaway force grows by a fifth, piece by piece of 1 s."""
-    time = np.linspace(0, UNTIL, 601)
-    columns = {"x": np.zeros(601), "v": np.zeros(601)}
-    start: dict[str, float] = {}
-    for part in np.split(np.arange(600), PARTS):
-        rows = [*part, part[-1] + 1]
-        force = {"a0": 1.5 * (1 + 0.2 * float(time[rows].mean()) / UNTIL)}
-        run = simulate(
-            belt,
-            float(time[rows[-1]]),
-            start_time=float(time[rows[0]]),
-            output_times=time[rows],
-            parameters=force,
-            start=start,
-        )
-        for name, values in columns.items():
-            values[rows] = run[name]
-        start = {name: float(run[name][-1]) for name in columns}
-    return {"time": time, **columns}
+UNTIL, NOISE = 60.0, 0.02
 
 
 def log_of(drifting: dict[str, np.ndarray], seed: int) -> dict[str, np.ndarray]:

@@ -168,7 +168,8 @@ def test_a_fit_carries_its_posterior_but_for_the_samples():
 
 def test_a_corner_plot_shows_every_pair_and_where_the_fit_is(tmp_path: Path):
     fit = sampled_fit()
-    figure = posterior_figure(fit)
+    values = {one.name: one.value for one in fit.parameters}
+    figure = posterior_figure(fit.posterior, "Conti", values, list(values))
     figure.draw_without_rendering()  # which places the numbers
     shown = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
     assert {axes.get_xlabel() for axes in shown} >= {"mu_s (1)", "mu_k (1)", "p (s/m)"}
@@ -186,9 +187,9 @@ def test_a_corner_plot_shows_every_pair_and_where_the_fit_is(tmp_path: Path):
     for one, other in combinations(numbers, 2):
         assert np.hypot(one.x1 - other.x1, one.y1 - other.y1) > 0.4 * one.height
     with pytest.raises(StickslipError, match="no unknown 'J'; it has mu_s, mu_k, p"):
-        posterior_figure(fit, ["J"])
+        posterior_figure(fit.posterior, "Conti", values, ["J"])
     with pytest.raises(StickslipError, match="holds no samples"):
-        posterior_figure(made_fit())
+        posterior_figure(made_fit().posterior, "Conti", values, list(values))
     save_figure(figure, tmp_path / "corner.png")
 
 

@@ -32,8 +32,8 @@ class Sweep(Shown):
 class Batch:
     """Runs over the same times with the same inputs, as `Driver.batch` prepares them.
 
-    times: (n,) s; recorded: names of the values, of which the first ``states`` are states; prepared: the request; call:
-    makes the run of it; reason: of one that ended early.
+    times: (n,) s; names: of the values that a run begins with; recorded: of those it tells, of which the first
+    ``states`` are states; prepared: the request; call: makes the run of it; reason: of one that ended early.
     """
 
     def __init__(
@@ -47,8 +47,8 @@ class Batch:
         call: Callable[[Any], int],
         reason: Callable[[int, Any], str],
     ) -> None:
-        self.times, self.recorded = times, recorded
-        self._fmu, self._names, self._states = fmu, names, states
+        self.times, self.names, self.recorded = times, names, recorded
+        self._fmu, self._states = fmu, states
         self._prepared, self._call, self._reason = prepared, call, reason
         self._low, self._high = np.array([bounds_of(fmu.variables[owner(name, fmu.variables)]) for name in names]).T
 
@@ -61,7 +61,7 @@ class Batch:
             StickslipError: a value out of range.
         """
         if not ((rows >= self._low) & (rows <= self._high)).all():
-            columns_of(self._fmu, dict(zip(self._names, rows.T, strict=True)))
+            columns_of(self._fmu, dict(zip(self.names, rows.T, strict=True)))
         rows, c, n, k = np.ascontiguousarray(rows), self._prepared.c, self._states, len(self.recorded)
         states, values = np.empty((len(rows), len(self.times), n)), np.empty((len(rows), len(self.times), k - n))
         failures: dict[int, str] = {}

@@ -90,7 +90,7 @@ def between_events(problem: SegmentProblem, x: np.ndarray) -> tuple[SegmentProbl
         times = np.sort(np.concatenate(list(log.events.values())))
         nodes = np.concatenate([[log.time[0]], (times[1:] + times[:-1]) / 2])
         try:
-            run = problem.subject.values(problem.stretch(number, x, nodes))
+            run = problem.subject.shown(problem.stretch(number, x, nodes)).values
         except StickslipError:
             return problem, x
         ends = [*nodes[1:].tolist(), float(log.time[-1])]

@@ -63,7 +63,7 @@ def follow(calibration: Calibration, fmu: Fmu, log: ModelLog) -> FollowedLog:
     notes = []
     for number, segment in enumerate(problem.segments):
         try:
-            problem.subject.observed(problem.stretch(number, solution.values, np.array([segment.end])))
+            problem.subject.shown(problem.stretch(number, solution.values, np.array([segment.end])))
         except StickslipError as error:
             notes.append(f"{log.name}: the model cannot be run from {segment.begin:g} s on ({error}).")
     starts = dict(zip((unknown.name for unknown in problem.unknowns), solution.values.tolist(), strict=True))

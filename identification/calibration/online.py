@@ -182,7 +182,7 @@ class OnlineTrack:
     def _reached(self, window: Window, offset: Vector) -> Vector | None:
         """(k,) of what is recorded at the end of a run from beside the middle, None if there is none."""
         try:
-            return self.subject.observed(self._stretch(window, self._middle + offset))[0][-1]
+            return self.subject.shown(self._stretch(window, self._middle + offset)).values[-1]
         except StickslipError:
             return None
 

@@ -25,6 +25,7 @@ from fmu_models.simulation.trajectory import Event, Trajectory
 Vector = NDArray[np.float64]
 Inputs = Mapping[str, float | Signal]
 
+NONE = np.empty((0, 0, 0))  # slopes that were not asked for
 HALF = 5  # samples to either side that a parabola joins
 # of runs with tangents: slopes to 1e-9 for three quarters of the time of all that rounding allows
 TOLERANCE, EXACT = 1e-11, 1e-14
@@ -59,11 +60,12 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """A run with its derivatives. values: (n, k) of what is recorded; slopes: (n, k, m) by the unknowns; met: contacts
-    that had an event; hits: by contact, (h,) s, times at which it began to touch or to slip, with (h, m) slopes."""
+    """A run, with its derivatives where these were asked for. values: (n, k) of what is recorded; slopes: (n, k, m) by
+    the unknowns; met: contacts that had an event; hits: by contact that is timed, (h,) s, times at which it began to
+    touch or to slip, with (h, m) slopes."""
 
     values: Vector
-    slopes: Vector
+    slopes: Vector = field(default_factory=lambda: NONE)
     met: frozenset[str] = frozenset()
     hits: Mapping[str, tuple[Vector, Vector]] = field(default_factory=dict)
 
@@ -129,23 +131,18 @@ class Subject(ABC):
         """Why no motion can begin here, such as parameters that exclude each other; empty where nothing says so."""
         return ""
 
-    def values(self, stretch: Stretch) -> Vector:
-        """(n, k) of what is recorded."""
-        return self.observed(stretch)[0]
-
-    def observed(self, stretch: Stretch) -> tuple[Vector, dict[str, Vector]]:
-        """(n, k) of what is recorded, and the times s of the hits of each contact that is timed."""
+    def shown(self, stretch: Stretch) -> Response:
+        """The run without derivatives; errors as in `trajectory`."""
         run = self.trajectory(stretch)
         values = np.column_stack([run[name] for name in self.recorded])
         if len(values) < len(stretch.window.times) or not np.isfinite(values).all():
             raise StickslipError(f"The run of '{self.fmu.description.modelName}' ended early.")
-        return values, hits_of(self.timed, run.events)
+        return Response(values, hits=self._hits(run.events))
 
-    def shown(self, stretch: Stretch) -> Response:
-        """The run without derivatives; errors as in `trajectory`."""
-        values, hits = self.observed(stretch)
-        none = np.empty((0, 0, 0))
-        return Response(values, none, hits={name: (times, none) for name, times in hits.items()})
+    def _hits(self, events: Iterable[Event]) -> dict[str, tuple[Vector, Vector]]:
+        """Times s at which each contact that is timed began to touch or to slip."""
+        listed = [(event.contact, event.time) for event in events if is_hit(event)] if self.timed else []
+        return {name: (np.array([time for contact, time in listed if contact == name]), NONE) for name in self.timed}
 
     def rates(self, stretch: Stretch) -> dict[str, str]:
         """Which states are rates of others, seen in a run: the position's name -> the speed's."""
@@ -187,9 +184,9 @@ class OwnSubject(Subject):
             self._windows[window] = self._sensitive.window(window.times, **begin)
         return self._windows[window]
 
-    def observed(self, stretch: Stretch) -> tuple[Vector, dict[str, Vector]]:
+    def shown(self, stretch: Stretch) -> Response:
         values, events = self._sensitive.values(self._window(stretch.window), stretch.values, stretch.start)
-        return values, hits_of(self.timed, events)
+        return Response(values, hits=self._hits(events))
 
     def respond(self, stretch: Stretch) -> Response:
         run = self._sensitive.over(self._window(stretch.window), stretch.values, stretch.start)
@@ -221,13 +218,6 @@ class OwnSubject(Subject):
             at = np.array([stretch.window.start_time])
             values[name] = float(value.piece(at)[0][0]) if isinstance(value, Signal) else value
         return self._field.at([stretch.start[name] for name in self.states], values, stretch.window.start_time)
-
-
-def hits_of(contacts: Sequence[str], events: Iterable[Event]) -> dict[str, Vector]:
-    """(h,) s, when each of some contacts began to touch or to slip."""
-    return {
-        name: np.array([event.time for event in events if event.contact == name and is_hit(event)]) for name in contacts
-    }
 
 
 def is_hit(event: Event) -> bool:

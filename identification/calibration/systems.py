@@ -7,6 +7,10 @@ Whole runs are differenced,
 at a tolerance tight enough that the steps' own errors cancel: at 1e-8 the same step loses five digits. Where one of the
 halves holds a jump, as of a sample that an impact passes, the other half is the derivative.
 
+Directional derivatives are not used. An FMU gives them for its states alone, and the tangents that follow from them
+(importer/c/tangent.c) would save a tenth of a calibration with two states; those of 20, 50 and 100 states take 1.7, 4
+and 7 times as long as the differences, which err by 1e-8 to 2e-7.
+
 Systems and maps are described as an FMU is, by variables with units and first values: those of a coupled system are
 called "unit.variable", and what the system states stands in place of the FMUs' own values.
 """
@@ -69,9 +73,9 @@ class DifferencedSubject(Subject):
             StickslipError: one of them cannot be made.
         """
 
-    def observed(self, stretch: Stretch) -> tuple[Vector, dict[str, Vector]]:
+    def shown(self, stretch: Stretch) -> Response:
         given = {**stretch.values, **stretch.start}
-        return self.swept(stretch.window, tuple(given), np.array([[*given.values()]]))[0], {}
+        return Response(self.swept(stretch.window, tuple(given), np.array([[*given.values()]]))[0])
 
     def respond(self, stretch: Stretch) -> Response:
         given = {**stretch.values, **stretch.start}
@@ -117,8 +121,8 @@ class ForeignSubject(DifferencedSubject):
         if not self.states:
             # co-simulations, one after the other
             each = (Stretch(window, dict(zip(names, row, strict=True)), {}) for row in rows.tolist())
-            return np.array([Subject.observed(self, stretch)[0] for stretch in each])
-        if window not in self._batches:
+            return np.array([Subject.shown(self, stretch).values for stretch in each])
+        if window not in self._batches or self._batches[window].names != names:
             begin = {"start_time": window.start_time, "inputs": window.inputs, "output_times": window.times}
             self._batches[window] = self._driver.batch(float(window.times[-1]), names, **begin)
         values, failures = self._batches[window].runs(rows)
@@ -250,7 +254,7 @@ class MapSubject(DifferencedSubject):
         return values
 
     def trajectory(self, stretch: Stretch) -> Trajectory:
-        window, values = stretch.window, self.observed(stretch)[0]
+        window, values = stretch.window, self.shown(stretch).values
         units = {name: str(self.fmu.variables[name].unit) for name in self.states}
         named = dict(zip(self.recorded, values.T, strict=True))
         return Trajectory(window.times, named, units, (), int(window.times[-1] - window.start_time), 0)

@@ -94,8 +94,8 @@ class TiedSubject(Subject):
     def trajectory(self, stretch: Stretch) -> Trajectory:
         return self._subject.trajectory(self._whole(stretch))
 
-    def observed(self, stretch: Stretch) -> tuple[Vector, dict[str, Vector]]:
-        return self._subject.observed(self._whole(stretch))
+    def shown(self, stretch: Stretch) -> Response:
+        return self._subject.shown(self._whole(stretch))
 
     def closed(self, stretch: Stretch) -> bool:
         return self._subject.closed(self._whole(stretch))

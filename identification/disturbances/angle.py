@@ -41,11 +41,13 @@ def _hidden(ready: Pool) -> str:
             "all are at one drive speed, where the same slip speeds always come at the same angles. Add logs at other "
             "drive speeds."
         )
+    if ready.decay is not None and ready.decay.pull:
+        return "a torque acts at some angles of the body without any contact, as the free decay shows."
     return ""
 
 
 DISTURBANCE = Disturbance(
-    words="friction depends on the angle of the body (a worn or dirty place)",
+    words="friction depends on the angle of the body (a worn or dirty place), or something pulls at the body there",
     terms=_terms,
     hidden=_hidden,
     rank=2,

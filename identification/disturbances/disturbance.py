@@ -19,6 +19,7 @@ class Disturbance:
         same_as: name of a disturbance that does the same in fewer terms, so that only one of the two is estimated.
         mimics: name of one with fewer terms that looks like it, in whose stead it is tried.
         remark: (logs, terms) -> what is said beside the words.
+        evident: whether logs that can show it do, so that a contest may begin with it.
         unsettles: constants that are not known as stated where it acts, since a free decay was read without it.
         emulated: sizes of `rig_io.bench.disturbances.Disturbances` that emulate it.
     """
@@ -30,5 +31,6 @@ class Disturbance:
     same_as: str = ""
     mimics: str = ""
     remark: Callable[[Pool, Sequence[DisturbanceTerm]], str] = lambda ready, terms: ""
+    evident: bool = False
     unsettles: tuple[str, ...] = ()
     emulated: tuple[str, ...] = ()

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 TURNED, LOAD = "turned", "load"  # inputs: angle of the drive, rad; normal force by a load cell over its mean
 MIDDLE_ANGLE = "middle_angle"  # rad, a parameter: the reference of the terms
 MIDDLE, DURATION = "middle", "duration"  # s, parameters: of the log
+SIDE = "side"  # 1 or -1, a parameter: which way the disc slips
 
 
 def disturbed_oscillator(disc: str, law: str, terms: Sequence[DisturbanceTerm]) -> Fmu:
@@ -71,6 +72,12 @@ class _Symbols:
         from fmu_models.language.quantities import Parameter
 
         return Parameter(DURATION, 1.0, "s", "duration of the log", positive=True)
+
+    @cached_property
+    def side(self) -> Parameter:
+        from fmu_models.language.quantities import Parameter
+
+        return Parameter(SIDE, 1.0, "1", "which way the disc slips")
 
     @cached_property
     def load(self) -> Input:

@@ -272,7 +272,9 @@ def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: flo
         share = (time[inside] - time[0]) / lasts - 0.5
         same, load = np.ones(len(share)), load_factor(segment.motion, force)[inside]
         drive, speed = turned[id(segment.motion)][inside], np.gradient(segment.angle, segment.motion.step)
-        places.append(Whereabouts(drive, segment.angle, share, log * same, load, lasts * same, speed))
+        places.append(
+            Whereabouts(drive, segment.angle, share, log * same, load, lasts * same, speed, segment.sign * same)
+        )
     return places
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
 from fmu_models.simulation.signal import Signal
-from identification.disturbances.oscillator import DURATION, LOAD, MIDDLE, MIDDLE_ANGLE, TURNED
+from identification.disturbances.oscillator import DURATION, LOAD, MIDDLE, MIDDLE_ANGLE, SIDE, TURNED
 from identification.disturbances.term import ANGLE, LASER, DisturbanceTerm, Whereabouts, misread
 from identification.disturbances.terms import undisturbed
 from identification.estimators.base import FrictionProblem, FrictionRows
@@ -233,6 +233,8 @@ class ShootingProblem(FrictionProblem):
             values |= {MIDDLE: float(log[0] + log[-1]) / 2, DURATION: float(log[-1] - log[0])}
         if MIDDLE_ANGLE in variables:
             values[MIDDLE_ANGLE] = next((term.reference for term in self.terms if term.reference), 0.0)
+        if SIDE in variables:
+            values[SIDE] = float(segment.sign)
         with self.runs[contacts].taken() as run:
             return run.run(time, start_time=segment.start_time, parameters=values, start=start, inputs=inputs)
 

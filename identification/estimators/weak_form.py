@@ -87,8 +87,8 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         begins = np.arange(len(rows)) * stride
         middle = begins[:, None] + count // 2
         turned, load, speeds = (windows(values, count, stride).copy() for values in (where.turned, where.load, speed))
-        share, number_of_log, lasts = (values[middle] for values in (where.share, where.log, where.duration))
-        places.append(Whereabouts(turned, angles, share, number_of_log, load, lasts, speeds))
+        share, log, lasts, side = (v[middle] for v in (where.share, where.log, where.duration, where.side))
+        places.append(Whereabouts(turned, angles, share, log, load, lasts, speeds, side))
     cluster = np.concatenate(clusters)
     log = np.asarray(logs)[cluster]
     return Regression(

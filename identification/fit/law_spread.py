@@ -9,8 +9,9 @@ the others (no less than t_1). An interval about q_1 that holds 95 % of this mix
 its variance has more than s_1^2 is the spread. A law that is worse beyond doubt adds nothing, one that the logs do not
 tell from the best all that it is off. Evidence are the slips by their free curve (`free_friction.evidence`), or other
 laws fitted to the same residuals, where there is none or all are asked. Where even the best law misses the free curve,
-all deviations are larger by the root of its misfit over the degrees of freedom; and where the law that is fitted has
-other values on the curve, beyond what both leave open, all laws are off by as much.
+all deviations are larger by the root of its misfit over the degrees of freedom; where a torque acts that nothing
+explains, and that may be the same in every slip, s_1 is no less than t_1; and where the law that is fitted has other
+values on the curve, beyond what both leave open, all laws are off by as much.
 
 The friction at zero slip speed is one quantity under whatever name; others are the same where name, unit and meaning
 are.
@@ -47,12 +48,14 @@ MODES = (NONE, AUTO, ALL)
 @dataclass(frozen=True, eq=False)
 class Contest:
     """The law of a fit among others on the same evidence. law: its name; laws: by name; lead: by which the BIC of each
-    exceeds the least; shot: the law of the fit as its residuals have it, None of evidence by the free curve."""
+    exceeds the least; shot: the law of the fit as its residuals have it, None of evidence by the free curve; torn:
+    whether a torque acts that nothing explains."""
 
     law: str
     laws: Mapping[str, SeenLaw]
     lead: Mapping[str, float]
     shot: Rival | None = None
+    torn: bool = False
 
 
 def by_curve(evidence: Evidence, law: FittableLaw, values: np.ndarray) -> Contest | None:
@@ -68,7 +71,8 @@ def by_curve(evidence: Evidence, law: FittableLaw, values: np.ndarray) -> Contes
     price = float(np.log(evidence.samples))
     bic = {name: one.misfit / excess + price * len(one.values) for name, one in laws.items()}
     near = min(bic.values()) + NEAR
-    return _ranked({name: one for name, one in laws.items() if name == law.name or bic[name] < near}, law.name, bic)
+    within = {name: one for name, one in laws.items() if name == law.name or bic[name] < near}
+    return replace(_ranked(within, law.name, bic), torn=evidence.torn)
 
 
 def by_residuals(
@@ -131,9 +135,8 @@ def with_spread(fit: FrictionFit, contest: Contest) -> FrictionFit:
             seen.setdefault(name, {})[parameter.name] = value
         mine = present[contest.law]
         share = np.array([weights[name] for name in present])
-        deviation = (
-            _spread(parameter, mine, np.array([*present.values()]), share / share.sum()) if share.any() else None
-        )
+        least, every = mine[1] if contest.torn else 0.0, np.array([*present.values()])
+        deviation = _spread(parameter, mine, every, share / share.sum(), least) if share.any() else None
         parameters.append(replace(parameter, law_deviation=deviation))
     rivals = tuple(
         RivalLaw(name, float(weights[name]), float(contest.lead[name]), seen.get(name, {})) for name in names
@@ -148,9 +151,11 @@ def with_spread(fit: FrictionFit, contest: Contest) -> FrictionFit:
     return replace(fit, breakaway=releases, warnings=(*warnings, *added))
 
 
-def _spread(parameter: FittedParameter, mine: tuple[float, float], laws: np.ndarray, weights: np.ndarray) -> float:
+def _spread(
+    parameter: FittedParameter, mine: tuple[float, float], laws: np.ndarray, weights: np.ndarray, least: float
+) -> float:
     """Deviation that the choice of the law adds. mine: value and deviation of the law that is fitted, by the evidence;
-    laws (n, 2): of all; weights (n,)."""
+    laws (n, 2): of all; weights (n,); least: deviation that there is at least."""
     from scipy.optimize import root_scalar
     from scipy.special import ndtr, ndtri
 
@@ -158,7 +163,7 @@ def _spread(parameter: FittedParameter, mine: tuple[float, float], laws: np.ndar
     off = mine[0] - parameter.value
     off = float(np.sign(off) * np.sqrt(max(off**2 - own**2 - mine[1] ** 2, 0.0)))
     centres = laws[:, 0] - mine[0] + off
-    widths = np.sqrt(own**2 + np.maximum(laws[:, 1] ** 2 - mine[1] ** 2, 0.0))
+    widths = np.sqrt(max(own, least) ** 2 + np.maximum(laws[:, 1] ** 2 - mine[1] ** 2, 0.0))
     if not np.any(widths > 0):
         return float(np.sqrt(weights @ centres**2))
 

@@ -80,18 +80,24 @@ def contest(
     """
     if len(ready.contacts) != 1 or not ready.seen_well:
         return None
-    bare = slips_of(ready, segments)
+    field = _Field.of(ready, named)
+    bare, samples = slips_of(ready, segments), sum(len(segment.time) for segment in segments)
     with np.errstate(all="ignore"):  # a search from far off may try what no motion follows
         guess = begun(bare)
-        misfit = bare.squares(guess) / sum(len(segment.time) for segment in segments)
+        misfit = bare.squares(guess) / samples
+        if misfit < ASTRAY:
+            field = replace(field, evident=())
+        elif field.evident:
+            bare = field.slips(bare, field.evident)
+            guess = begun(bare)
+            misfit = bare.squares(guess) / samples
         if not misfit < ASTRAY and (noise_known or not np.isfinite(misfit)):
             return None
-        return _judged(bare if noise_known else bare.with_noise(float(np.sqrt(misfit))), guess, named)
+        return _judged(field, bare if noise_known else bare.with_noise(float(np.sqrt(misfit))), guess, named)
 
 
-def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
-    field = _Field.of(bare.ready, named)
-    chosen = tuple(field.columns) if named is not None else ()
+def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
+    chosen = field.evident if named is None else tuple(field.columns)
     every, noise = field.slips(bare, tuple(field.columns)), _neighbours(bare, guess)
 
     def solved(guess: Guess, chosen: tuple[str, ...]) -> tuple[Slips, Guess, float, _Table]:
@@ -114,13 +120,14 @@ def _judged(bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
             break
         (slips, guess, tau, table), chosen = ahead, better
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
-    if named is None and found:
+    sought = [finding for finding in found if finding.name not in field.evident]
+    if named is None and sought:
         if tau > TAUS[0]:  # as much is left as was there, or little was added
-            listed = tau >= first[1] or any(finding.gain < BESIDE for finding in found)
+            listed = tau >= first[1] or any(finding.gain < BESIDE for finding in sought)
         else:
             listed = _neighbours(slips, guess) > noise + COLOURED
         if listed:  # the best of a list, no explanation
-            return _verdict(bare, *first)
+            return _verdict(bare, *first, [finding for finding in found if finding not in sought])
     wrong = {}
     for name in (name for name in chosen if name not in field.terms):
         for one in (name, *(one for one in table.alike(name) if one not in field.terms)):
@@ -149,11 +156,12 @@ def _verdict(
 @dataclass(frozen=True, eq=False)
 class _Field:
     """Candidates. columns: names of what is shared, by candidate; terms: of the disturbances among them; rivals: pairs
-    of which one is taken."""
+    of which one is taken; evident: those that logs show without a contest."""
 
     columns: Mapping[str, tuple[str, ...]]
     terms: Mapping[str, tuple[DisturbanceTerm, ...]]
     rivals: frozenset[frozenset[str]]
+    evident: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, ready: Pool, named: Sequence[str] | None) -> _Field:
@@ -172,13 +180,13 @@ class _Field:
             columns |= {prior.name: (prior.name + WRONG,) for prior in ready.priors if prior.name in OFF}
         both = {frozenset((name, one.same_as)) for name, one in disturbances.items() if one.same_as}
         both |= {frozenset((name, one.mimics)) for name, one in disturbances.items() if one.mimics}
-        return cls(columns, terms, frozenset(both))
+        return cls(columns, terms, frozenset(both), tuple(name for name, one in disturbances.items() if one.evident))
 
     def slips(self, bare: Slips, chosen: Sequence[str]) -> Slips:
-        """Slips with the columns of these candidates."""
-        terms = [term for name in chosen for term in self.terms.get(name, ())]
-        names = dict.fromkeys(column for name in chosen for column in self.columns[name])
-        return bare.under((*bare.terms, *terms), (*bare.names, *names))
+        """Slips with the columns of these candidates, those that they have among them."""
+        terms = dict.fromkeys((*bare.terms, *(term for name in chosen for term in self.terms.get(name, ()))))
+        names = dict.fromkeys((*bare.names, *(column for name in chosen for column in self.columns[name])))
+        return bare.under((*terms,), (*names,))
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,6 +33,7 @@ from identification.measurement.slip_segments import SlipSegment
 TAUS = (1e-9, 2e-4, 1e-3, 5e-3, 0.03)  # in units of the friction coefficient; the least is none
 LOUDER = (100.0, 10.0, 1.0)  # times the noise, in a search from far off
 BETWEEN = 1e-3  # on the way to the likeliest one
+LOST = 2.0  # times the squares with the widest torque, that slips have which are not followed
 EXPLAINED = 5.0  # by which ln L must be greater with a torque that no term explains
 STEPS, CUTS = 10, 6  # of a search: most steps, most cuts of one
 LITTLE = 2e-3  # gain of the sum of squares that is not worth a step: 4 % of a deviation
@@ -98,9 +99,14 @@ def settled(slips: Slips, guess: Guess) -> tuple[Guess, float]:
     values = guess.values(slips.names)
     likelihood = [Gram.of(rows, guess, tau).least(known, values).likelihood for tau in TAUS]
     best = int(np.argmax(likelihood))
-    tau = TAUS[best] if likelihood[best] > likelihood[0] + EXPLAINED else TAUS[0]
-    for width in [width for width in (BETWEEN, tau) if tau <= width]:
-        guess = _searched(slips, known, guess, width)
+    first = best if likelihood[best] > likelihood[0] + EXPLAINED else 0
+    followed, loose, tau = slips.squares(guess), guess, TAUS[first]
+    for tau in TAUS[first:]:
+        guess = loose
+        for width in [width for width in (BETWEEN, tau) if tau <= width]:
+            guess = _searched(slips, known, guess, width)
+        if slips.squares(guess) < LOST * followed:  # else likely to first order only
+            break
     return guess, tau
 
 
@@ -196,6 +202,16 @@ class Gram:
         matrix = whole - np.einsum("nij,nik->jk", across, solved[..., :-1])
         return cls(matrix, slope - np.einsum("nij,ni->j", across, solved[..., -1]), squares, volume, solved)
 
+    def alike(self, rows: Sequence[SlipRows], tau: float) -> Gram:
+        """Where as large a torque, the same in every slip, may act beside: for what is known of the shared alone."""
+        own = np.array([row.local.T @ row.local for row in rows])
+        across = np.array([row.local.T @ row.shared for row in rows])
+        precision = np.diag(np.concatenate([np.full(STARTS, EXACT), np.full(MODES, tau**-2)]))
+        left = np.linalg.solve(own + precision, precision)  # of a torque, once each slip has had its own
+        beside = np.sum((own @ left)[:, STARTS:, STARTS:], axis=0) + precision[STARTS:, STARTS:]
+        with_shared = np.einsum("nji,njk->ik", left, across)[STARTS:]
+        return replace(self, matrix=self.matrix - with_shared.T @ np.linalg.solve(beside, with_shared))
+
     def beside(self, slope: np.ndarray, residual: float) -> Gram:
         """With one more row, (m,) and its residual."""
         return replace(
@@ -284,7 +300,7 @@ def _at_rest(slips: Slips, guess: Guess, tau: float) -> tuple[Guess, Gram, int]:
 def curve_of(slips: Slips, guess: Guess, tau: float) -> FreeFriction:
     """The curve of a guess that has settled, with its bands."""
     guess, gram, releases = _at_rest(slips, guess, tau)
-    hessian = gram.least(Known.of(slips), guess.values(slips.names)).hessian
+    hessian = gram.alike(slips.rows(guess), slips.torn(tau)).least(Known.of(slips), guess.values(slips.names)).hessian
     constants = slips.constants(guess)
     form = [
         *range(COEFFICIENTS),

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from identification.free_friction.curve import Gram, Known
+from identification.free_friction.curve import TAUS, Gram, Known
 from identification.free_friction.result import COEFFICIENTS, SpeedBasis
 from identification.free_friction.slips import Guess, Slips
 from identification.laws import FittableLaw
@@ -38,19 +38,21 @@ class SeenLaw:
 @dataclass(frozen=True, eq=False)
 class Evidence:
     """root (k, COEFFICIENTS): K; target (k,): K c; speeds (n,): slip speeds as often as they were seen, m/s; samples:
-    count of what the sensors showed."""
+    count of what the sensors showed; torn: whether a torque acts that nothing explains."""
 
     basis: SpeedBasis
     root: np.ndarray
     target: np.ndarray
     speeds: np.ndarray
     samples: int
+    torn: bool = False
 
     @classmethod
     def of(cls, slips: Slips, guess: Guess, tau: float) -> Evidence:
         """Of the curve of a guess that has settled."""
         rows = slips.rows(guess)
-        hessian = Gram.of(rows, guess, tau).least(known := Known.of(slips), guess.values(slips.names)).hessian
+        gram = Gram.of(rows, guess, tau).alike(rows, torn := slips.torn(tau))
+        hessian = gram.least(known := Known.of(slips), guess.values(slips.names)).hessian
         own, rest = slice(None, COEFFICIENTS), slice(COEFFICIENTS, None)
         seen = hessian[own, own] - hessian[own, rest] @ np.linalg.solve(hessian[rest, rest], hessian[rest, own])
         samples = sum(len(row.residual) for row in rows)
@@ -60,7 +62,14 @@ class Evidence:
         size, axes = np.sqrt(power[told]), axes[:, told].T
         target = axes @ (seen @ guess.coefficients) / size
         slip = np.quantile(np.maximum(slips.slip_speeds(guess), 0.0), np.linspace(0, 1, SPEEDS))
-        return cls(slips.curve, size[:, None] * axes / np.sqrt(noise), target / np.sqrt(noise), slip, samples)
+        return cls(
+            slips.curve,
+            size[:, None] * axes / np.sqrt(noise),
+            target / np.sqrt(noise),
+            slip,
+            samples,
+            torn > tau or tau > TAUS[0],
+        )
 
     @cached_property
     def _carried(self) -> np.ndarray:

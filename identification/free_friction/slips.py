@@ -100,6 +100,12 @@ class Slips:
         """The same slips under other terms, of which these are shared."""
         return self._alike(replace(self, terms=tuple(terms), names=tuple(names)))
 
+    def torn(self, tau: float) -> float:
+        """Deviation of a torque that may be the same in every slip, in units of the friction coefficient. tau: of one
+        that is another in each."""
+        decay = self.ready.decay
+        return tau if decay is None else max(tau, decay.pull * self.ready.values.spring)
+
     def _alike(self, other: Slips) -> Slips:
         other.__dict__.update(
             {name: getattr(self, name) for name in ("lasts", "count", "sign", "time", "drive", "where")}
@@ -150,9 +156,9 @@ class Slips:
             load.append(np.interp(time, motion.time, load_factor(motion, self.ready.values.N)))
             share.append((time - motion.time[0]) / (motion.time[-1] - motion.time[0]) - 0.5)
         log, same = np.array([[segment.log] for segment in self.segments]), np.ones((1, self.time.shape[1]))
-        nothing = np.zeros(self.time.shape)
+        nothing, load, lasts = np.zeros(self.time.shape), np.array(load), lasts * same
         return Whereabouts(
-            np.array(turned), nothing, np.array(share), log * same, np.array(load), lasts * same, nothing
+            np.array(turned), nothing, np.array(share), log * same, load, lasts, nothing, self.sign * same
         )
 
     def constants(self, guess: Guess) -> dict[str, float]:

@@ -23,7 +23,15 @@ from fmu_models.base.shown import Shown
 from identification.inference.uncertainty import clustered_covariance, newey_west
 from rig_io.logs.log import RigLog
 
+PULLS = (
+    "With no disc in contact a torque acts at some angles of the body, beside spring and damping: look for a magnet, a "
+    "cable, a stop. Friction that depends on the angle is not told from it."
+)
 CYCLES = 3  # needed: fewer leave frequency and damping at the mercy of the rest position
+PLACES = 8  # from the least to the greatest angle, between which a torque that goes with it is straight
+BLOCKS = 8  # of a cycle, whose means tell such a torque
+PULLED = 100.0  # of 2 ln L, that it gains: less than 10 of a rig without, up to 100 with a laser that walks
+SLIGHT = 1e-4  # of the angles, that it moves the rest by: less is rounding
 FLOOR = 0.02  # of the first swing: below it dry friction of the bearings would count for more than the signal
 
 
@@ -33,7 +41,8 @@ class FreeDecay(Shown):
 
     stiffness_ratio k/J, 1/s^2; damping_ratio c/J, 1/s; each with its standard deviation (residuals' colour included;
     None where a user set the ratio and did not say how well he knows it).
-    cubic: k3, 1/rad^2, and drag: c2, s/rad, each with its standard deviation.
+    cubic: k3, 1/rad^2, and drag: c2, s/rad, each with its standard deviation; pull: rad, by which a torque that acts
+    at some angles moves the rest there, 0 where none does.
     rest: rad, angle at rest (zero of the angle sensor), with its standard deviation; amplitude: rad, first swing used;
     rms_residual: rad; cycles used; stated: which of k/J and c/J were set by the user instead; sensor: that
     showed the angle.
@@ -54,6 +63,7 @@ class FreeDecay(Shown):
     sensor: str = ""
     cubic: tuple[float, float] | None = None
     drag: tuple[float, float] | None = None
+    pull: float = 0.0
 
     def with_ratios(self, ratios: Mapping[str, float], deviations: Mapping[str, float | None]) -> FreeDecay:
         """The decay with stated k/J (1/s^2) or c/J (1/s), and their standard deviations, in place of its own."""
@@ -151,6 +161,7 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.n
     cubic, drag = np.stack([shares, np.sqrt(np.diag(spread(bent, error + bent @ shares)))], axis=1)[-2:].tolist()
     # d(k/J) = 2 a da + 2 w dw
     to_ratio = np.array([2 * rate, 2 * frequency])
+    pull = 0.0 if shared is not None else _pull(time, solution.x, linear, basis, bent, error)
     rms = float(np.sqrt(np.mean(error**2)))
     return FreeDecay(
         stiffness_ratio=rate**2 + frequency**2,
@@ -163,9 +174,10 @@ def fit_decay(time: np.ndarray, angle: np.ndarray, *, name: str = "", line: np.n
         rms_residual=rms,
         cycles=float(frequency * time[-1] / (2 * np.pi)),
         log=name,
-        warnings=_warnings(time, error, frequency, scale),
+        warnings=(*_warnings(time, error, frequency, scale), *([PULLS] if pull else [])),
         cubic=tuple(cubic),
         drag=tuple(drag),
+        pull=pull,
     )
 
 
@@ -184,14 +196,43 @@ def _gradient(time: np.ndarray, q: np.ndarray, linear: np.ndarray, basis: np.nda
 
 def _bends(time: np.ndarray, q: np.ndarray, linear: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """Derivatives of the motion by k3 and c2: its responses to -(k/J) th^3 and -(c/J) |th'| th' (n, 2)."""
-    from scipy.integrate import cumulative_trapezoid
-
     rate, frequency = q
     angle = basis[:, :2] @ linear[:2]
     speed = -rate * angle + frequency * (basis[:, 0] * linear[1] - basis[:, 1] * linear[0])
     forces = np.stack([-(rate**2 + frequency**2) * angle**3, -2 * rate * np.abs(speed) * speed])
-    turning = np.exp((1j * frequency - rate) * time)
-    return (turning * cumulative_trapezoid(forces / turning, time, axis=1, initial=0)).imag.T / frequency
+    return _responses(time, q, forces)
+
+
+def _responses(time: np.ndarray, q: np.ndarray, forces: np.ndarray) -> np.ndarray:
+    """Of the motion to forces (m, n) over J: (n, m)."""
+    from scipy.integrate import cumulative_trapezoid
+
+    turning = np.exp((1j * q[1] - q[0]) * time)
+    return (turning * cumulative_trapezoid(forces / turning, time, axis=1, initial=0)).imag.T / q[1]
+
+
+def _pull(
+    time: np.ndarray, q: np.ndarray, linear: np.ndarray, basis: np.ndarray, bent: np.ndarray, error: np.ndarray
+) -> float:
+    """Size in rad of a torque that goes with the angle and is none of a spring that bends; 0 where it is chance."""
+    angle = basis[:, :2] @ linear[:2]
+    places = np.linspace(angle.min(), angle.max(), PLACES)
+    hats = np.maximum(1 - np.abs(angle - places[:, None]) / (places[1] - places[0]), 0)
+    block = (time * q[1] / (2 * np.pi) * BLOCKS).astype(int)
+    every = np.column_stack([bent, _responses(time, q, hats)])
+    norms = np.linalg.norm(every, axis=0)
+    means = np.stack([np.bincount(block, column) for column in (every / norms).T], axis=1)
+    seen = np.bincount(block, error)
+    if len(seen) < 2 * every.shape[1]:
+        return 0.0
+    fits = [np.linalg.lstsq(means[:, :count], seen, rcond=1e-6)[0] for count in (bent.shape[1], every.shape[1])]
+    before, after = (float(np.sum((seen - means[:, : len(fit)] @ fit) ** 2)) for fit in fits)
+    if not len(seen) * np.log(before / after) > PULLED:
+        return 0.0
+    torque = (fits[1] / norms)[bent.shape[1] :] @ hats / float(q @ q)
+    smooth = np.polynomial.Polynomial.fit(angle, torque, 3)  # rest and spring take up as much
+    size = float(np.ptp(torque - smooth(angle))) / 2
+    return size if size > SLIGHT * float(np.ptp(angle)) else 0.0
 
 
 def _swings(time: np.ndarray, angle: np.ndarray, name: str) -> tuple[float, np.ndarray]:

@@ -35,6 +35,21 @@ def test_differences_of_runs_are_derivatives(model: Models):
     assert run.slopes[:, 0, 1] == pytest.approx(decay, abs=3e-8)
 
 
+def test_differences_go_through_impacts(model: Models):
+    """Behind the third one, v = e^3 u - g t + (1 + 2 e + 2 e^2) u with u = sqrt(2 g h); slopes to the square of the
+    step, by states and parameters, and in whatever order these are named."""
+    subject, time = subject_of(model("ball"), ["g", "e"], ["v"]), np.array([1.7])
+    g, e, h = 9.81, 0.7, 1.0
+    u, passed = np.sqrt(2 * g * h), 1 + 2 * e + 2 * e**2
+    by_speed = e**3 + passed
+    expected = [by_speed * u / (2 * g) - 1.7, (3 * e**2 + 2 + 4 * e) * u, by_speed * u / (2 * h)]
+    window = Window(0.0, time, {})
+    for values in ({"g": g, "e": e}, {"e": e, "g": g}):
+        run = subject.respond(Stretch(window, values, {"h": h, "v": 0.0}))
+        assert run.values[0, 1] == pytest.approx(by_speed * u - g * 1.7, abs=1e-9)
+        assert run.slopes[0, 1, :3] == pytest.approx(expected, rel=1e-7)
+
+
 def test_derivative_just_behind_an_impact_is_that_of_the_flight(model: Models):
     """v = (1 + e) g t1 - g t with t1 = sqrt(2 h/g): a difference over the impact would be v/step, some 10 000."""
     subject = subject_of(model("ball"), ["g"], ["v"])

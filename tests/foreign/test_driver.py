@@ -59,6 +59,18 @@ def test_a_sweep_is_the_runs_one_by_one(model: Models) -> None:
     assert np.isnan(sweep["h"][0, -1])
 
 
+def test_a_batch_looks_at_the_values_of_each_sweep(model: Models) -> None:
+    with Driver(model("ball")) as driver:
+        batch = driver.batch(1.0, ("e", "h"))
+        table, failures = batch.runs(np.array([[0.9, 1.0], [0.8, 1.0]]))
+        with pytest.raises(StickslipError, match="'e' must be a finite number"):
+            batch.runs(np.array([[np.nan, 1.0]]))
+        assert np.array_equal(batch.runs(np.array([[0.9, 1.0]]))[0][0], table[0])
+        assert (
+            not failures and table[0, 0, batch.recorded.index("h")] == driver.run(1.0, parameters={"e": 0.9})["h"][-1]
+        )
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="resident memory is read from /proc")
 def test_many_runs_take_no_memory(model: Models) -> None:
     def resident() -> int:

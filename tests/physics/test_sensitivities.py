@@ -416,6 +416,24 @@ def test_a_kept_instance_forgets_the_run_before(monkeypatch):
         assert same(first, pieces.run(times, **run))
 
 
+def test_runs_over_one_window_are_those_made_alone():
+    """With derivatives and without, also when one of them is refused."""
+    times, inputs = np.arange(0.0, 2.0, 0.01), {"w0": ripple(0.41, 2.0)}
+    start, recorded = {"theta": 0.05}, ["theta", "omega"]
+    with SensitiveRun(RIG_ON_ONE, by=["theta", "mu_s0"], recorded=recorded) as kept:
+        window = kept.window(times, inputs=inputs)
+        for values in ({"mu_s0": 0.5}, {"mu_s0": 0.6}):
+            plain = simulate(RIG_ON_ONE, 1.99, parameters=values, start=start, inputs=inputs, output_times=times)
+            seen, events = kept.values(window, values, start)
+            assert np.array_equal(seen, np.column_stack([plain[name] for name in recorded]))
+            assert events == plain.events and len(events) >= 4
+            assert same(
+                kept.over(window, values, start), kept.run(times, parameters=values, start=start, inputs=inputs)
+            )
+            with pytest.raises(StickslipError, match="mu_k0 exceeds mu_s0"):
+                kept.values(window, {"mu_k0": 0.7}, start)
+
+
 @pytest.mark.parametrize("dip", [0.0, 1e-15, 1e-14])
 def test_a_motion_that_grazes_has_no_derivative(dip):
     """x = sin(t) touches a support at 1 - dip with the speed sqrt(2 dip): two roots that rounding makes one."""

@@ -61,4 +61,4 @@ def test_times_between_iterates_are_refused():
 def test_a_map_that_leaves_every_bound_is_a_bad_guess():
     subject = subject_of(SystemFmu.of_map(MAPS.load("logistic")), ["r"], ["x"])
     with pytest.raises(StickslipError, match="leave every bound"):
-        subject.values(Stretch(Window(0.0, np.array([40.0]), {}), {"r": 3.2}, {"x": -2.0}))
+        subject.shown(Stretch(Window(0.0, np.array([40.0]), {}), {"r": 3.2}, {"x": -2.0}))

@@ -110,6 +110,33 @@ def test_a_laser_that_walks_is_told_by_the_encoder_and_taken_off() -> None:
         assert np.std(walk) > 3e-4 and np.std(walked.angle - whole.angle) < 1e-4
 
 
+def test_a_direction_and_a_vibration_are_named() -> None:
+    bench = with_drawn_constants(Bench(conti, sided=0.02), np.random.default_rng(4))
+    sided = fit_friction(foreign_logs(bench, 4, (0.41, -0.83)), law_spread="none")
+    shaking = Faults(laser=lambda time, angle: 2e-3 * np.sin(2 * np.pi * 37.3 * time))
+    shaken = fit_friction(logs(4, shaking), law_spread="none")
+    for fit, name, size in ((sided, "direction", 0.02), (shaken, "laser-vibration", 2e-3 * 0.125)):
+        (cause,) = fit.causes
+        assert cause.name == name and cause.size == pytest.approx(size, rel=0.1)
+        assert np.all(np.abs(off(fit)) < 3)
+    assert "it has 37.3 Hz" in shaken.causes[0].words
+
+
+@pytest.mark.nightly
+def test_what_a_free_decay_shows_too_is_no_friction_at_an_angle() -> None:
+    """A magnet beside the body, narrow."""
+
+    def magnet(time: float, angle: float) -> float:
+        return -5e-3 * (angle - 0.04) / 0.013 * float(np.exp(0.5 - 0.5 * ((angle - 0.04) / 0.013) ** 2))
+
+    pulled = logs(5, torque=magnet)
+    ready = pool(pulled)
+    assert any("a magnet, a cable" in one for one in ready.warnings)
+    fit = fit_friction(pulled)
+    assert fit.causes == () and fit.free is not None and fit.free.unexplained > 0
+    assert np.all(np.abs(off(fit)) < 4)
+
+
 @pytest.mark.nightly
 def test_what_explains_but_half_has_no_name() -> None:
     """A load that rocks at 3.3 Hz goes best with a bend of the laser, and leaves residuals that are no noise."""

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from emulated_loop import growing, noisy, of_bouc_wen, of_dahl, of_sliders
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models import Hysteresis, Signal, load, simulate
 from fmu_models.base.errors import StickslipError
 from identification import LoopLog, identify_hysteresis, read_loop
-from identification.commands.application import app
 from identification.hysteresis.laws import LAWS
 from identification.hysteresis.read import conditions_of
 from identification.hysteresis.result import cycles_of

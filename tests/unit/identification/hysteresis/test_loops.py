@@ -219,12 +219,7 @@ def test_the_tribometer_is_told_by_its_normal_force() -> None:
 @pytest.mark.nightly
 def test_a_column_of_concrete_is_pinched() -> None:
     """Gill's RC column: 10.37 % by the 15 published parameters; 10.5 % from start values of the command's own."""
-    if not (LOGS / "gill.mat").exists():
-        pytest.skip("the log of the column is not here")
-    from scipy.io import loadmat
-
-    way, force = loadmat(LOGS / "gill.mat")["data_exp"].T
-    fit = identify_hysteresis(LoopLog("gill", way, force), laws=["BoucWenBaberNoori"])
+    fit = identify_hysteresis(log_of("gill.mat"), laws=["BoucWenBaberNoori"])
     assert fit.best.worst < 0.105
 
 

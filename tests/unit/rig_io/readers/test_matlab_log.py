@@ -75,7 +75,7 @@ def test_the_only_matrix_is_a_log_without_names(side: int, tmp_path: Path) -> No
     assert table.nameless and list(table.columns) == ["column 1", "column 2", "column 3"]
     np.testing.assert_array_equal(np.column_stack(list(table.columns.values())), columns)
     assert table.scalars == {"rate": 50.0} and not table.left_out
-    with pytest.raises(StickslipError, match="no vector of numbers.*'b' is a matrix"):
+    with pytest.raises(StickslipError, match=r"no vector of numbers.*'b' is a matrix"):
         read_table(saved(tmp_path, a=columns, b=columns))
 
 

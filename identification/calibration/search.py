@@ -144,14 +144,15 @@ class Search:
         return minima
 
     def _otherwise(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
-        """Those of longer segments too, where no free run follows those of the best: a node beside an event misleads
-        every guess."""
-        plan, nodes, best = self.plan, self.trials.nodes, minima[0]
+        """Those of longer segments too, where more than noise is left: a node beside an event misleads every guess. Two
+        free runs that leave as much are what the model can do."""
+        plan, nodes, (best, *others) = self.plan, self.trials.nodes, minima
         assert nodes is not None
-        followed = len(best.problem.segments) == len(best.problem.logs)
-        if followed or best.arrived or best.misfit < DOUBTFUL or plan.segments:
+        logs = len(self.trials.light.logs)
+        alike = any(other.misfit <= (1 + ALIKE) * best.misfit for other in others)
+        if best.arrived or plan.segments or (alike and len(best.problem.segments) == logs):
             return minima
-        count = max(round(LONGER * len(nodes.states) / len(self.trials.light.logs)), 1)
+        count = max(round(LONGER * len(nodes.states) / logs), 1)
         plan = replace(plan, segments=count, progress=lambda _: None, execution=replace(plan.execution, store=None))
         again = Search(self.trials.free_run, self.free, plan)
         with again.runner:

@@ -129,10 +129,10 @@ class Search:
 
     def _anew(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
         """Once more from segments that are parted anew at the best minimum, as long as that lowers it: states that no
-        log shows then come from better parameters. Where logs show all of them, nothing would be new."""
+        log shows then come from better parameters, and of two searches that agree both may be wrong."""
         trials = self.trials
         assert trials.nodes is not None
-        for _ in range(ANEW if np.isnan(trials.nodes.states).any() else 0):
+        for _ in range(ANEW):
             best = minima[0]
             if best.arrived:
                 break
@@ -144,12 +144,12 @@ class Search:
         return minima
 
     def _otherwise(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
-        """Those of longer segments too, where all are doubtful, unless two ended in one free run: a node beside an
-        event misleads every guess."""
-        plan, nodes, (best, *others) = self.plan, self.trials.nodes, minima
+        """Those of longer segments too, where no free run follows those of the best: a node beside an event misleads
+        every guess."""
+        plan, nodes, best = self.plan, self.trials.nodes, minima[0]
         assert nodes is not None
-        agreed = len(best.problem.segments) == len(best.problem.logs) and any(best.near(other) for other in others)
-        if agreed or best.arrived or best.misfit < DOUBTFUL or plan.segments:
+        followed = len(best.problem.segments) == len(best.problem.logs)
+        if followed or best.arrived or best.misfit < DOUBTFUL or plan.segments:
             return minima
         count = max(round(LONGER * len(nodes.states) / len(self.trials.light.logs)), 1)
         plan = replace(plan, segments=count, progress=lambda _: None, execution=replace(plan.execution, store=None))

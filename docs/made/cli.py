@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import typer
 
 from fmu_models.analyses.declaration import ANALYSES
-from identification.commands.application import FRICTION, MODELS, whole
-
-
-def _names(functions: Iterable[Any]) -> set[str]:
-    return {function.__name__ for function in functions}
-
+from identification.commands.application import FITS, MODELS, RIG, whole
 
 GROUPS = (
-    ("Models, FMUs and scenes", _names(MODELS)),
+    ("Models, FMUs and scenes", set(MODELS)),
     ("Families of motions", set(ANALYSES.members())),
-    ("Friction and rigs", _names(FRICTION)),
+    ("Friction and rigs", {*RIG, *FITS}),
 )
 
 

@@ -125,10 +125,10 @@ def conversion(unit: str, expected: str, where: str) -> float:
         factor = conversion_factor(unit, expected)
         counts_angles = "radian" in dict(base_units(unit).powers)
     except OtherDimensionError as error:
-        raise StickslipError(
-            f"{where} is in '{unit}', which cannot be converted to {expected}. Check the unit, or whether columns were "
-            "mixed up."
-        ) from error
+        advice = "Check the unit, or whether columns were mixed up."
+        if expected == "1":  # or the model says none
+            advice = f"The model states no unit of it: give numbers as the model has them, without '{unit}'."
+        raise StickslipError(f"{where} is in '{unit}', which cannot be converted to {expected}. {advice}") from error
     except ValueError as error:
         raise StickslipError(f"{where} has the unknown unit '{unit}'. Write {expectation}.") from error
     if expected in _ANGLES and not counts_angles:

@@ -97,17 +97,18 @@ def _worded(flag: str, words: tuple[str, str], text: str) -> bool:
 def summaries() -> dict[str, str]:
     """What each analysis of ours does, by its name; imports none of them, which would take long.
 
-    The declaration names the function, whose docstring begins with the summary.
+    The declaration, in a line of its own, names the function, whose docstring begins with the summary.
     """
     texts = {}
     for member in ANALYSES.members():
         spec = find_spec(f"{ANALYSES.package}.{member}")
         assert spec is not None and spec.origin is not None
-        tree = ast.parse(Path(spec.origin).read_text("utf-8"))
-        functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Analysis":
-                words = {keyword.arg: keyword.value for keyword in node.keywords}
+        body = ast.parse(Path(spec.origin).read_text("utf-8")).body
+        functions = {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
+        for node in body:
+            call = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
+            if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "Analysis":
+                words = {keyword.arg: keyword.value for keyword in call.keywords}
                 function = functions[words["function"].id]  # type: ignore[attr-defined]
                 text = ast.get_docstring(function) or ""
                 texts[member] = " ".join(text.split("\n\n")[0].split())

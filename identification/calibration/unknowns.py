@@ -74,6 +74,10 @@ def free_parameters(
     named = (*free, *held, *bounds, *priors)
     for name in named:
         _check(fmu, name, [*fmu.parameters, *fmu.states, *fmu.memories])
+    if states := [name for name in free if name in fmu.states]:
+        raise StickslipError(
+            f"'{states[0]}' is a state. Its start is sought as it is, or name it: --start {states[0]}."
+        )
     twice = sorted({name for name in free if free.count(name) > 1})
     if twice:
         raise StickslipError(f"'{twice[0]}' is free twice.")

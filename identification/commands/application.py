@@ -1,48 +1,34 @@
-"""All commands of `stickslip`, one file each, which imports what it needs when it is called."""
+"""All commands of `stickslip`, one file each; a call imports that of its own command alone."""
 
-import copy
+import ast
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Annotated
 
 import typer
-from typer.models import CommandInfo
 
 from fmu_models.analyses.declaration import ANALYSES
 from fmu_models.base import console
 from fmu_models.base.version import version
-from fmu_models.commands.analysis import command_of, summaries
-from fmu_models.commands.data import app as data_commands
-from fmu_models.commands.docs import docs
-from fmu_models.commands.map import show_map
-from fmu_models.commands.new import app as new_commands
 
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
-app = console.app(HELP, completion=True)
-
-
-def _commands(package: str, names: str) -> tuple[Callable[..., None], ...]:
-    """The commands of a package, each in a file that is called like it."""
-    return tuple(getattr(import_module(f"{package}.commands.{name}"), name) for name in names.split())
-
-
-MODELS = _commands("fmu_models", "models show export simulate explore inspect couple scene bench stress maps")
-FRICTION = (
-    *_commands("rig_io", "describe emulate"),
-    *_commands(
-        "identification",
-        "calibrate track fit demo laws design excite compare report apply inverse hysteresis decay slips watch",
-    ),
+MODELS = ("models", "show", "export", "simulate", "explore", "inspect", "couple", "scene", "bench", "stress", "maps")
+RIG = ("describe", "emulate")
+FITS = (
+    *("calibrate", "track", "fit", "demo", "laws", "design", "excite", "compare", "report", "apply", "inverse"),
+    *("hysteresis", "decay", "slips", "watch"),
 )
-for command in MODELS:
-    app.command(help=console.flowing(command))(command)
-app.command("map", help=console.flowing(show_map))(show_map)
-app.add_typer(new_commands, name="new")
-app.add_typer(data_commands, name="data")
-for command in (docs, *FRICTION):
-    app.command(help=console.flowing(command))(command)
+GROUPS = ("new", "data")  # of commands of their own
+COMMANDS = {
+    **dict.fromkeys((*MODELS, "map", *GROUPS, "docs"), "fmu_models"),
+    **dict.fromkeys(RIG, "rig_io"),
+    **dict.fromkeys(FITS, "identification"),
+}
+FUNCTIONS = {"map": "show_map"}  # of files that are called like a command and hold another name
 
 
 def _say_version(asked: bool) -> None:
@@ -51,8 +37,7 @@ def _say_version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback(help=HELP)
-def options(
+def _options(
     asked: Annotated[
         bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Print the version and exit.")
     ] = False,
@@ -60,53 +45,63 @@ def options(
     """What is asked of the suite as a whole."""
 
 
+def _made(names: Sequence[str], of: Callable[[str], Callable[..., None] | typer.Typer]) -> typer.Typer:
+    """An application of some commands."""
+    app = console.app(HELP, completion=True)
+    app.callback(help=HELP)(_options)
+    for name in names:
+        command = of(name)
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name)
+        else:
+            app.command(name, help=console.flowing(command))(command)
+    return app
+
+
+def command_of(name: str) -> Callable[..., None] | typer.Typer:
+    """A command, or a group of them; its file is imported, and of an analysis what declares it, which takes longer."""
+    if name not in COMMANDS:
+        from fmu_models.commands import analysis
+
+        return analysis.command_of(name)
+    module = import_module(f"{COMMANDS[name]}.commands.{name}")
+    return module.app if name in GROUPS else getattr(module, FUNCTIONS.get(name, name))
+
+
 def whole() -> typer.Typer:
-    """All commands, those of the analyses included: their files are imported, which takes long."""
-    return _with_analyses({name: command_of(name) for name in ANALYSES.names()})
+    """All commands, whose files are all imported."""
+    return _made((*COMMANDS, *ANALYSES.names()), command_of)
 
 
-def _with_analyses(commands: Mapping[str, Callable[..., None]]) -> typer.Typer:
-    made = copy.copy(app)
-    made.registered_commands = list(app.registered_commands)
-    for name, command in commands.items():
-        made.command(name, help=console.flowing(command))(command)
-    return made
-
-
-def _listed(name: str, summary: str) -> Callable[..., None]:
-    """A command of which the list of all says its name and what it does."""
+def _listed(name: str, texts: dict[str, str]) -> Callable[..., None] | typer.Typer:
+    """A command of which the list of all says its name and what it does; nothing is imported for it."""
+    if name in GROUPS:
+        return command_of(name)
+    if name in COMMANDS:
+        spec = find_spec(f"{COMMANDS[name]}.commands")
+        assert spec is not None and spec.submodule_search_locations
+        tree = ast.parse((Path(spec.submodule_search_locations[0]) / f"{name}.py").read_text("utf-8"))
+        wanted = FUNCTIONS.get(name, name)
+        function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == wanted)
+        texts = {name: ast.get_docstring(function) or ""}
 
     def command() -> None: ...
 
-    command.__name__, command.__doc__ = name, summary
+    command.__name__, command.__doc__ = name, texts[name].split("\n\n")[0]
     return command
 
 
 def only(arguments: Sequence[str]) -> typer.Typer:
-    """What these arguments of the command line need: the command they begin with, or a list of all.
-
-    To read the options of all of them takes as long as to import all of their files.
-    """
+    """What these arguments of the command line need: the command they begin with, or a list of all."""
     asked = arguments[0] if arguments else ""
     if any(name.endswith("_COMPLETE") for name in os.environ):
         return whole()
-    if asked in ANALYSES.names():
-        made = _with_analyses({asked: command_of(asked)})
-        made.registered_commands, made.registered_groups = made.registered_commands[-1:], []
-        return made
-    commands = [
-        registered_command for registered_command in app.registered_commands if _name_of(registered_command) == asked
-    ]
-    groups = [registered_group for registered_group in app.registered_groups if registered_group.name == asked]
-    if not commands and not groups:
-        return _with_analyses({name: _listed(name, text) for name, text in summaries().items()})
-    small = copy.copy(app)
-    small.registered_commands, small.registered_groups = commands, groups
-    return small
+    if asked in COMMANDS or asked in ANALYSES.names():
+        return _made([asked], command_of)
+    from fmu_models.commands.analysis import summaries
 
-
-def _name_of(command: CommandInfo) -> str:
-    return command.name or command.callback.__name__ if command.callback else ""
+    texts = summaries()
+    return _made((*COMMANDS, *texts), lambda name: _listed(name, texts))
 
 
 def run() -> None:

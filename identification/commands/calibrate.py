@@ -16,7 +16,6 @@ from identification.commands.calibrations import ModelLogs, ModelName, pairs_of,
 from identification.commands.fits import sampled
 from identification.commands.logs import stated
 from identification.commands.recipes import ResultFiles
-from identification.inference.posterior import load_emcee
 
 
 @console.trusting
@@ -90,8 +89,6 @@ def calibrate(
     """
     files.check()
     check_files(figures=[corner], overwrite=files.overwrite)
-    if posterior or corner:
-        load_emcee()
     if resume and store is None:
         raise StickslipError("--resume goes on with a store: name it, --store search.zarr.")
     how: dict[str, Any] = {
@@ -109,9 +106,12 @@ def calibrate(
     with console.warnings_said(), console.output_of_libraries(), console.progress("calibrating") as advance:
         from fmu_models.families.execution import Execution
         from identification.calibration.calibrate import calibrate as find
+        from identification.inference.posterior import load_emcee
         from identification.report.calibration_summary import calibration_report
         from identification.report.posterior_figure import posterior_figure
 
+        if posterior or corner:
+            load_emcee()
         how |= {"execution": Execution(workers, scheduler, store, resume, files.overwrite), "progress": advance}
         found = find(model, list(logs), free=console.names_of(free), **how)
         if profile and not found.interrupted:

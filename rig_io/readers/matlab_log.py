@@ -1,4 +1,5 @@
-"""MATLAB files of version 5 on (``save`` with -v6, -v7 or -v7.3): vectors of one length, variables or struct fields.
+"""MATLAB files of version 5 on (``save`` with -v6, -v7 or -v7.3): vectors of one length, variables or struct fields, or
+one matrix whose longer side is that of the samples.
 
 Single numbers (gains, rates) are kept apart from the columns. A struct stands for its fields, one level deep. MATLAB
 has no units: they come from ``datapackage.json``.
@@ -24,6 +25,7 @@ _SAVE = "save('log.mat', 'time', 'laser', '-v7')"
 
 def read(path: Path) -> Table:
     """Read every vector of numbers as a column, every single number as a scalar; the rest is left out, with a reason.
+    Where there is no vector and one matrix, its columns have no names.
 
     Raises:
         StickslipError: the file is missing, empty, damaged, no MATLAB file or one of another version; it holds no
@@ -41,17 +43,27 @@ def table_of(path: Path, variables: Iterable[Array]) -> Table:
     columns: dict[str, np.ndarray] = {}
     scalars: dict[str, float] = {}
     left_out: dict[str, str] = {}
+    matrices: list[Array] = []
     for array in (field for variable in variables for field in variable.fields or [variable]):
         if array.name in columns or array.name in scalars or array.name in left_out:
             raise StickslipError(f"'{path}' has two columns named '{array.name}'. Save them under different names.")
         reason = _unfit(array)
         if reason or array.values is None:
             left_out[array.name] = reason
+            matrices += [array] if array.values is not None and len(array.shape) == 2 and len(array.values) else []
         elif len(array.values) == 1:
             scalars[array.name] = float(array.values[0])
         else:
             with np.errstate(invalid="ignore"):  # of a NaN that signals; it stays NaN
                 columns[array.name] = np.asarray(array.values, dtype=np.float64)
+    if not columns and len(matrices) == 1:
+        (matrix,) = matrices
+        assert matrix.values is not None
+        sides = np.reshape(matrix.values, matrix.shape, order="F").astype(np.float64)
+        rows = sides if len(sides) < len(sides.T) else sides.T
+        named = {f"column {number + 1}": values for number, values in enumerate(rows)}
+        del left_out[matrix.name]
+        return Table(f"'{path}'", named, {}, None, scalars, left_out, nameless=True)
     _check_columns(path, columns, left_out)
     return Table(f"'{path}'", columns, {}, None, scalars, left_out)
 

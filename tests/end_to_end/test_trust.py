@@ -294,9 +294,8 @@ def test_an_fmu_of_a_system_lies_in_its_folder(stickslip, fresh, tmp_path):
 def test_every_command_that_reads_such_documents_has_the_option():
     words = (".toml", "SCENE", "Result of 'stickslip fit", "What is known, to go on with")
     without = {"slips", "inverse", "excite", "describe"}  # recipes and answers name no code
-    for command in application.app.registered_commands:
-        name, callback = application._name_of(command), command.callback
-        assert callback is not None
+    for name in application.COMMANDS.keys() - set(application.GROUPS):
+        callback = application.command_of(name)
         hints = get_type_hints(callback, include_extras=True)
         said = [f"{one.metavar} {one.help}" for hint in hints.values() for one in getattr(hint, "__metadata__", ())]
         if name not in without:

@@ -12,6 +12,7 @@ from coupled import exported, wires
 from models import Models
 from structures import FROM_FILE, INLINE, packed, structure
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.run import couple
@@ -19,7 +20,6 @@ from fmu_models.coupling.ssp_writer import parameter_sets
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.toml_system import read_system
 from fmu_models.coupling.wiring import Connection, conversion
-from identification.commands.application import app
 
 LINKS = 'connections = [{ from = "a.place", to = "b.other" }, { from = "b.place", to = "a.other" }]\n'
 UNITS = '[units.a]\nfmu = "mass3.0.fmu"\nstart = { x = 1.0 }\n[units.b]\nfmu = "mass3.0.fmu"\n'

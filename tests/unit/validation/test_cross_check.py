@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from quick_export import QUICK
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models import oscillators
 from fmu_models.codegen.package import built
@@ -24,7 +25,6 @@ from fmu_models.validation.stress.judge import StressCell, StressSubject
 from fmu_models.validation.stress.random_cases import command_line
 from fmu_models.validation.stress.trial import Trial
 from fmu_models.validation.stress.workers import drawn
-from identification.commands.application import app
 
 # file, what stands there, what is to stand there, and a model that shows it
 FAULTS = {

@@ -153,6 +153,7 @@ def test_prior_closes_a_direction(belt):
         (lambda log: log, {"inputs": {"v_dr": Signal([0, 10], [1, 1])}}, "'v_dr' covers 0 s to 10 s.*60 s"),
         (lambda log: log, {"free": ["kk"]}, "no parameter 'kk'"),
         (lambda log: log, {"free": ["k", "k"]}, "free twice"),
+        (lambda log: log, {"free": ["k", "x"]}, "'x' is a state. Its start is sought"),
         (lambda log: log, {"free": []}, "at least one parameter"),
         (lambda log: log, {"bounds": {"k": (2.0, 3.0)}}, "'k' begins at 1 N/m, outside of its bounds 2 to 3"),
         (lambda log: log, {"priors": {"m": (1.0, 0.1)}}, "'m' has a bound or a prior and is not free"),

@@ -11,10 +11,10 @@ import pytest
 from linear_problem import Curve, line, linear
 from made_fit import made_fit
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import save_figure
-from identification.commands.application import app
 from identification.fit.fit import fit_friction
 from identification.fit.posterior import target_of
 from identification.fit.result import FrictionFit

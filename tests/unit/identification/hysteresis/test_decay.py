@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models.base.errors import StickslipError
 from identification import fit_decays
-from identification.commands.application import app
 
 W0, F, C, B, ZERO = 5.0, 0.12, 0.06, 0.04, 0.013
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from emulated_loop import growing, noisy, of_bouc_wen, of_dahl, of_sliders
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models import Hysteresis, Signal, load, simulate
 from fmu_models.base.errors import StickslipError
 from identification import LoopLog, identify_hysteresis, read_loop
-from identification.commands.application import app
 from identification.hysteresis.laws import LAWS
 from identification.hysteresis.read import conditions_of
 from identification.hysteresis.result import cycles_of
@@ -219,12 +219,7 @@ def test_the_tribometer_is_told_by_its_normal_force() -> None:
 @pytest.mark.nightly
 def test_a_column_of_concrete_is_pinched() -> None:
     """Gill's RC column: 10.37 % by the 15 published parameters; 10.5 % from start values of the command's own."""
-    if not (LOGS / "gill.mat").exists():
-        pytest.skip("the log of the column is not here")
-    from scipy.io import loadmat
-
-    way, force = loadmat(LOGS / "gill.mat")["data_exp"].T
-    fit = identify_hysteresis(LoopLog("gill", way, force), laws=["BoucWenBaberNoori"])
+    fit = identify_hysteresis(log_of("gill.mat"), laws=["BoucWenBaberNoori"])
     assert fit.best.worst < 0.105
 
 

@@ -13,9 +13,9 @@ from lmfit import Parameters
 from machine_log import LINEAR, MEASURED, log_of, motion, recipe_of, slide
 from sympy.parsing.sympy_parser import implicit_multiplication, parse_expr, standard_transformations
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models.base.errors import StickslipError
-from identification.commands.application import app
 from identification.fitted_model.machine import machine_with
 from identification.inference.problem import identifier
 from identification.machines.axis import KINDS, Term, declared_axis

@@ -11,10 +11,10 @@ import pytest
 from checkout import ROOT
 from emulated_arm import ARM, torques
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models import Mechanism, StickslipError
 from fmu_models.oscillators import load
-from identification.commands.application import app
 from identification.machines.excite import Excitation, excite
 from identification.machines.regressor import base_parameters, regressor_of
 

@@ -13,11 +13,11 @@ import pytest
 from checkout import ROOT
 from emulated_arm import ARM, log
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models import Mechanism, Signal, StickslipError, load, simulate
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators import load as declared
-from identification.commands.application import app
 from identification.fitted_model.machine import machine_with
 from identification.machines.inverse import identify_machine
 from identification.machines.machine_fit import MachineFit, read_machine_fit

@@ -11,10 +11,10 @@ from checkout import ROOT
 from emulated_arm import ARM, log
 from scipy.signal import savgol_filter
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models import Parameter
 from fmu_models.oscillators import load
-from identification.commands.application import app
 from identification.machines.inverse import identify_machine
 from identification.machines.joint_laws import compare_joint_laws
 from identification.machines.motion import MachineLog

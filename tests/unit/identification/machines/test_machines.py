@@ -16,10 +16,10 @@ from checkout import ROOT
 from emulated_arm import ARM, log, torques
 from scipy.signal import welch
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models import Coordinate, Input, KelvinVoigt, Mechanism, Parameter, StickslipError, Stop
 from fmu_models.oscillators import load
-from identification.commands.application import app
 from identification.machines.inverse import identify_machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog

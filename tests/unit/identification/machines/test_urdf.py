@@ -11,9 +11,9 @@ import pytest
 from emulated_arm import ARM, log, torques
 from typer.testing import CliRunner
 from urdf_robots import QUARTER, arm, joint, link
+from whole_application import app
 
 from fmu_models import StickslipError
-from identification.commands.application import app
 from identification.machines.read import declared_machine
 from identification.machines.regressor import Regressor, regressor_of
 from identification.machines.urdf import mechanism_from_urdf

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from machine_log import FRICTION, coloured, recipe_of
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
-from identification.commands.application import app
 from identification.measurement.recipe import read_recipe
 from identification.measurement.signals import GRAVITY
 from identification.slips.block_on_belt import fit_slip_model

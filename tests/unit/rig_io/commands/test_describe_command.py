@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 from typer.testing import CliRunner
+from whole_application import app
 
 from fmu_models.base.errors import StickslipError
-from identification.commands.application import app
 from rig_io.description.answers import Answers
 from rig_io.description.draft import draft
 from rig_io.description.figure import columns_figure

@@ -68,9 +68,22 @@ LEFT_OUT = {
 }
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_only_matrix_is_a_log_without_names(side: int, tmp_path: Path) -> None:
+    columns = np.column_stack([TIME, np.sin(TIME), np.cos(TIME)])
+    table = read_table(saved(tmp_path, data=columns if side > 0 else columns.T, rate=50.0))
+    assert table.nameless and list(table.columns) == ["column 1", "column 2", "column 3"]
+    np.testing.assert_array_equal(np.column_stack(list(table.columns.values())), columns)
+    assert table.scalars == {"rate": 50.0} and not table.left_out
+    with pytest.raises(StickslipError, match=r"no vector of numbers.*'b' is a matrix"):
+        read_table(saved(tmp_path, a=columns, b=columns))
+
+
 @pytest.mark.parametrize(("value", "reason"), LEFT_OUT.values(), ids=LEFT_OUT)
 def test_what_is_no_vector_is_left_out_with_the_reason(value: object, reason: str, tmp_path: Path) -> None:
     assert reason in read_table(saved(tmp_path, t=TIME, laser=value)).left_out["laser"]
+    if reason.startswith("matrix"):  # the only one is the log
+        return
     with pytest.raises(StickslipError, match=rf"no vector of numbers \('laser' is .*{reason}"):
         read_table(saved(tmp_path, laser=value))
 

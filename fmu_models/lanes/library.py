@@ -60,11 +60,7 @@ def has_lanes(fmu: Fmu) -> bool:
 
 
 def lanes_of(fmu: Fmu) -> LaneLibrary:
-    """The library of an opened FMU that has lanes.
-
-    Raises:
-        StickslipError: as for ``LaneLibrary``.
-    """
+    """The library of an opened FMU that has lanes; errors as for ``LaneLibrary``."""
     with _loading:
         if fmu not in _libraries:
             _libraries[fmu] = LaneLibrary(fmu)

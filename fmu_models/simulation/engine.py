@@ -193,11 +193,7 @@ def indicators_of(fmu: Fmu) -> list[int]:
 
 
 def engine_of(fmu: Fmu) -> Engine:
-    """The engine of an opened FMU.
-
-    Raises:
-        StickslipError: as for ``Engine``.
-    """
+    """The engine of an opened FMU; errors as for ``Engine``."""
     engine = _engines.get(fmu)
     if engine is None:
         with _loading:

@@ -41,10 +41,7 @@ STRUCTURE = (
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """Friction law from pooled logs. If this stage is interrupted or fails, slip shooting's result is returned with a
-    warning.
-
-    Raises:
-        StickslipError: as for slip shooting.
+    warning. Errors as for slip shooting.
     """
     first = shooting.estimate(ready, law, options)
     if not isinstance(first.problem, ShootingProblem):

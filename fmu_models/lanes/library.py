@@ -31,11 +31,7 @@ class LaneLibrary:
     """The steppers of one FMU."""
 
     def __init__(self, fmu: Fmu) -> None:
-        """Build it, or take it from the cache.
-
-        Raises:
-            StickslipError: the compiler fails.
-        """
+        """Build it, or take it from the cache. StickslipError: the compiler fails."""
         sources = _sources(fmu)
         with temporary_folder("lanes") as folder:
             file = compile_shared(sources, folder / f"lanes{this_platform().suffix}")

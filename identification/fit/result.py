@@ -164,11 +164,7 @@ class FrictionFit(Moving):
         return contents | ({"warnings": f"{len(self.warnings)}, see summary()"} if self.warnings else {})
 
     def __getitem__(self, name: str) -> FittedParameter:
-        """A parameter by name.
-
-        Raises:
-            StickslipError: the law has no such parameter.
-        """
+        """A parameter by name. StickslipError: the law has no such parameter."""
         return named(self.parameters, name, f"The law '{self.law}' has no parameter '{name}'.")
 
     def constant(self, name: str) -> Constant:

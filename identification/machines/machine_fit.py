@@ -89,11 +89,7 @@ class MachineFit(Pictured, Recorded):
     identified: Identified | None = field(default=None, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> MachineParameter:
-        """A base parameter by the name of its monomial.
-
-        Raises:
-            StickslipError: there is none.
-        """
+        """A base parameter by the name of its monomial. StickslipError: there is none."""
         return named(self.parameters, name, f"{self.machine} has no base parameter '{name}'.")
 
     def _heading(self) -> str:

@@ -16,7 +16,7 @@ from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import VALUES, Analysis, Option
 from fmu_models.base.arrays import Integers, Vector
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.branch import Branch
 from fmu_models.continuation.branches import Branches
@@ -204,8 +204,8 @@ def orbit_diagram(
             "Branches are laid over the diagram of a map, or of a strobe of what forces the motion; this is one of "
             f"{type(system).__name__}{', which nothing forces' if system.autonomous else ''}. Leave them out."
         )
-    if of is not None and of not in system.states:
-        raise StickslipError(f"'{system.name}' has no state '{of}'.{nearest(of, system.states)}")
+    if of is not None:
+        refuse_unknown(of, system.states, f"'{system.name}' has no state '{of}'.")
     sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
     plan = {"analysis": "diagram", **vars(sweep)}
     with Runner(system, plan, execution, progress) as runner:

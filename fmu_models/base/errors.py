@@ -2,6 +2,15 @@
 
 import difflib
 from collections.abc import Collection, Iterable
+from typing import Protocol, TypeVar
+
+
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+N = TypeVar("N", bound=_Named)
 
 
 class StickslipError(Exception):
@@ -33,3 +42,10 @@ def refuse_unknown(name: str, names: Collection[str], sentence: str) -> None:
     """
     if name not in names:
         raise StickslipError(f"{sentence}{nearest(name, names)}")
+
+
+def named(items: Iterable[N], name: str, sentence: str) -> N:
+    """The item of a name; errors as for `refuse_unknown`."""
+    by_name = {item.name: item for item in items}
+    refuse_unknown(name, by_name, sentence)
+    return by_name[name]

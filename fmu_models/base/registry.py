@@ -140,11 +140,7 @@ class Registry(Generic[T]):
         return _members(self.package, self.attribute, self.separator)
 
     def _entry_point(self, name: str, folder: Path | None = None) -> EntryPoint:
-        """The entry point of that name.
-
-        Raises:
-            StickslipError: there is none, or more than one.
-        """
+        """The entry point of that name. StickslipError: there is none, or more than one."""
         points = [point for point in _entry_points(self.group) if point.name == name]
         if not points:
             file = f"{name}.py"
@@ -157,11 +153,7 @@ class Registry(Generic[T]):
         return points[0]
 
     def _taken(self, module: ModuleType, attribute: str | None, source: str) -> T:
-        """A member from its module.
-
-        Raises:
-            StickslipError: the module has no such attribute, or it is of another type.
-        """
+        """A member from its module. StickslipError: the module has no such attribute, or it is of another type."""
         name = attribute or self.attribute
         if not hasattr(module, name):
             others = [name for name, value in vars(module).items() if self.types and self._fits(value)]
@@ -227,11 +219,7 @@ def code_of_user(folder: Path | None, package: str = "") -> Iterator[None]:
 
 
 def _run_file(path: Path, kind: str, name: str) -> ModuleType:
-    """A module made from a file of the user.
-
-    Raises:
-        StickslipError: there is no such file, or it fails.
-    """
+    """A module made from a file of the user. StickslipError: there is no such file, or it fails."""
     try:
         text = path.read_bytes()
     except OSError as error:
@@ -248,11 +236,8 @@ def _run_file(path: Path, kind: str, name: str) -> ModuleType:
 
 
 def _import(name: str, folder: Path | None, kind: str) -> ModuleType:
-    """A module by its name, of a folder or installed; None: installed alone.
-
-    Raises:
-        StickslipError: there is none, or it fails.
-    """
+    """A module by its name, of a folder or installed; None: installed alone. StickslipError: there is none, or it
+    fails."""
     with code_of_user(folder, name.partition(".")[0]):
         try:
             return importlib.import_module(name)

@@ -120,11 +120,8 @@ def _run(text: str) -> list[LawFunctions]:
 
 
 def _text(reference: str, law: type[Any]) -> str:
-    """Python text that appends the functions of a law to ``made``.
-
-    Raises:
-        NotACoefficientError: its friction is no coefficient.
-    """
+    """Python text that appends the functions of a law to ``made``. NotACoefficientError: its friction is no
+    coefficient."""
     import sympy
 
     built, N, v = _by_itself(reference, law)
@@ -174,11 +171,8 @@ def _text(reference: str, law: type[Any]) -> str:
 
 
 def _by_itself(reference: str, law: type[Any]) -> tuple[Any, sympy.Symbol, sympy.Symbol]:
-    """A law with parameters of its own under a load N at a slip speed v; and both.
-
-    Raises:
-        NotACoefficientError: its friction is no coefficient.
-    """
+    """A law with parameters of its own under a load N at a slip speed v; and both. NotACoefficientError: its friction
+    is no coefficient."""
     import sympy
 
     wrong = f"The law '{reference}' cannot be fitted: "
@@ -243,11 +237,7 @@ def _along(result: sympy.Expr, shared: Shared, v: sympy.Symbol) -> str:
 
 
 def _printed(expression: sympy.Expr) -> str:
-    """An expression as text for numpy.
-
-    Raises:
-        StickslipError: numpy has no function for a part of it.
-    """
+    """An expression as text for numpy. StickslipError: numpy has no function for a part of it."""
     from sympy.printing.codeprinter import PrintMethodNotImplementedError
     from sympy.printing.numpy import NumPyPrinter
 

@@ -157,11 +157,7 @@ def write(
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write a lowered system as an FMU; the rest is as for ``export``.
-
-    Raises:
-        StickslipError: as for ``export``.
-    """
+    """Write a lowered system as an FMU; the rest is as for ``export``, errors too."""
     path = checked(path, fmi_version, overwrite)
     files = _files(system, fmi_version, packaging)
     with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
@@ -212,8 +208,7 @@ def built(
 ) -> Path:
     """The FMU of a ``variant``, from the user's cache if it was built before; of our own without any symbolic work.
 
-    Raises:
-        StickslipError: as for ``variant`` and ``export``.
+    Errors as for ``variant`` and ``export``.
     """
     checked("model.fmu", fmi_version, overwrite=True)
     if not kept_by_name(model, laws):

@@ -84,11 +84,7 @@ def _option(declared: Declared) -> object:
 
 
 def _worded(flag: str, words: tuple[str, str], text: str) -> bool:
-    """Whether the second word is given.
-
-    Raises:
-        StickslipError: none of them.
-    """
+    """Whether the second word is given. StickslipError: none of them."""
     if text not in words:
         raise StickslipError(f"{flag} takes {' or '.join(words)}, found '{text}'.")
     return text == words[1]

@@ -164,8 +164,7 @@ class SectionOptions:
     def subject(self, kind: str) -> tuple[SectionSystem | Fmu, dict[str, Any]]:
         """What an analysis is of, and the values of parameters that it takes beside it.
 
-        Raises:
-            StickslipError: as ``system`` or ``oscillator``.
+        Errors as for ``system`` or ``oscillator``.
         """
         named = self.forcing or self.period or self.level or self.impacts or self.model in MAPS.members()
         if kind == SECTION or (kind == EITHER and named):
@@ -189,11 +188,7 @@ class SectionOptions:
         return PickedMotion(page._repr_html_(), page.name, page.version, values)
 
     def axes(self, kind: str, over: Sequence[str] | None, count: int | None = None) -> dict[str, Any]:
-        """Values along each axis; those of a scene of the same kind where none are given.
-
-        Raises:
-            StickslipError: as ``ranges``.
-        """
+        """Values along each axis; those of a scene of the same kind where none are given; errors as for ``ranges``."""
         import numpy as np
 
         computation = self._same(kind)

@@ -76,11 +76,7 @@ def scene(model: Model, overwrite: console.Overwrite = False, json: console.Json
 
 
 def _checked(name: str) -> str:
-    """A name of a file and of what it declares.
-
-    Raises:
-        StickslipError: it cannot be one.
-    """
+    """A name of a file and of what it declares. StickslipError: it cannot be one."""
     name = name.removesuffix(".py")
     if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII) or keyword.iskeyword(name):
         raise StickslipError(

@@ -35,14 +35,14 @@ def library() -> ctypes.CDLL:
     dll = instance.master_library()
     dll.coupling_fill.restype, dll.coupling_fill.argtypes = None, (POINTER(instance.FmuInstance), POINTER(Coupling))
     for name, arguments in {
-        "exchange": (POINTER(Coupling), c_int32),
-        "read": (POINTER(instance.FmuInstance), POINTER(instance.Variables), c_void_p),
-        "write": (POINTER(instance.FmuInstance), POINTER(instance.Variables), c_void_p),
-        "plain": (POINTER(instance.FmuInstance), c_int32),
-        "update": (POINTER(instance.FmuInstance), c_void_p),
-        "do_step": (POINTER(instance.FmuInstance), c_double, c_double, c_void_p),
+        "coupling_exchange": (POINTER(Coupling), c_int32),
+        "fmi_read": (POINTER(instance.FmuInstance), POINTER(instance.Variables), c_void_p),
+        "fmi_write": (POINTER(instance.FmuInstance), POINTER(instance.Variables), c_void_p),
+        "fmi_plain": (POINTER(instance.FmuInstance), c_int32),
+        "fmi_update": (POINTER(instance.FmuInstance), c_void_p),
+        "fmi_do_step": (POINTER(instance.FmuInstance), c_double, c_double, c_void_p),
     }.items():
-        function = getattr(dll, f"coupling_{name}")
+        function = getattr(dll, name)
         function.restype, function.argtypes = c_int32, arguments
     return dll
 

@@ -155,9 +155,9 @@ class _CoSimulation:
         chosen = request.Selection.of(self.composite.fmu, list(values_by_name))
         values = np.array(list(values_by_name.values()), dtype=float)
         calls = byref(self.composite.calls)
-        self._checked(library().coupling_write(calls, byref(chosen.c), values.ctypes.data), "setting its values")
+        self._checked(library().fmi_write(calls, byref(chosen.c), values.ctypes.data), "setting its values")
         for function in (F.ENTER_INITIALIZATION, F.EXIT_INITIALIZATION):
-            self._checked(library().coupling_plain(calls, function), "initialization")
+            self._checked(library().fmi_plain(calls, function), "initialization")
         for stepper in self.steppers:
             stepper.begin(system.start_time)
         self.time = system.start_time
@@ -185,10 +185,10 @@ class _CoSimulation:
         self._checked(library().coupling_exchange(byref(self.composite.c), 0), "the exchange of values")
 
     def _write(self, unit: int, first: int, n: int) -> int:
-        return self._pass(library().coupling_write, unit, first, n, "input", self.u)
+        return self._pass(library().fmi_write, unit, first, n, "input", self.u)
 
     def _read(self, unit: int, first: int, n: int) -> None:
-        self._checked(self._pass(library().coupling_read, unit, first, n, "output", self.y), "reading outputs")
+        self._checked(self._pass(library().fmi_read, unit, first, n, "output", self.y), "reading outputs")
 
     def _pass(
         self, call: Callable[..., int], unit: int, first: int, n: int, kind: str, values: NDArray[np.float64]
@@ -207,7 +207,7 @@ class _CoSimulation:
             passed = self.time - table.times[row] + np.where(self.follows, 0.0, ahead)
             values = np.ascontiguousarray(table.values[row] + table.slopes[row] * passed)
             calls, chosen = byref(self.composite.calls), table.inputs.c
-            self._checked(library().coupling_write(calls, byref(chosen), values.ctypes.data), "setting its inputs")
+            self._checked(library().fmi_write(calls, byref(chosen), values.ctypes.data), "setting its inputs")
 
     def _jump(self, latest: float) -> float:
         """The next time at which an input from outside jumps, or ``latest``."""
@@ -264,7 +264,7 @@ class _CoSimulation:
         """Present values of a selection of variables."""
         values = np.zeros(len(selection.names))
         calls = byref(self.composite.calls)
-        self._checked(library().coupling_read(calls, byref(selection.c), values.ctypes.data), action)
+        self._checked(library().fmi_read(calls, byref(selection.c), values.ctypes.data), action)
         return values
 
     def _observed(self) -> NDArray[np.float64]:
@@ -334,7 +334,7 @@ class _CoSimulation:
             if progress:
                 progress((self.time - system.start_time) / span)
         for stepper in self.steppers:
-            library().coupling_plain(byref(stepper.calls), F.TERMINATE)
+            library().fmi_plain(byref(stepper.calls), F.TERMINATE)
         return self._trajectory(np.array(points), np.array(rows).reshape(len(points), -1))
 
     def _record(self) -> NDArray[np.float64]:

@@ -73,7 +73,7 @@ class UnitStepper:
     def event(self, time: float, write: Callable[[], int]) -> None:
         """Inputs that change at events only."""
         if self.calls.event_mode:
-            self._check(library().coupling_plain(byref(self.calls), F.ENTER_EVENT), "entering event mode", time)
+            self._check(library().fmi_plain(byref(self.calls), F.ENTER_EVENT), "entering event mode", time)
         self._check(write(), "setting its inputs", time)
         if self.calls.event_mode:
             self._iterate(time)
@@ -81,23 +81,21 @@ class UnitStepper:
     def _iterate(self, time: float) -> None:
         update = instance.Update(again=1)
         for _ in range(ITERATIONS):
-            self._check(
-                library().coupling_update(byref(self.calls), byref(update)), "updating its discrete states", time
-            )
+            self._check(library().fmi_update(byref(self.calls), byref(update)), "updating its discrete states", time)
             self.ended |= bool(update.terminate)
             if not update.again or self.ended:
                 break
         else:
             raise self.fail("asks for ever more updates of its discrete states", time, "event iteration")
         if not self.ended:
-            self._check(library().coupling_plain(byref(self.calls), F.ENTER_STEP), "entering step mode", time)
+            self._check(library().fmi_plain(byref(self.calls), F.ENTER_STEP), "entering step mode", time)
 
     def step(self, time: float, end: float) -> None:
         """Step to ``end``, through the unit's own events."""
         stalled = 0
         while time < end and not self.ended:
             stepped = instance.Stepped()
-            status = library().coupling_do_step(byref(self.calls), time, end - time, byref(stepped))
+            status = library().fmi_do_step(byref(self.calls), time, end - time, byref(stepped))
             if status == STATUS.DISCARD and stepped.terminate:
                 self.ended = True
                 return
@@ -114,7 +112,7 @@ class UnitStepper:
             time = reached
             if (stepped.event or stepped.early) and self.calls.event_mode and not self.ended:
                 self._note(reached, "state", self.name)
-                self._check(library().coupling_plain(byref(self.calls), F.ENTER_EVENT), "entering event mode", time)
+                self._check(library().fmi_plain(byref(self.calls), F.ENTER_EVENT), "entering event mode", time)
                 self._iterate(time)
 
 

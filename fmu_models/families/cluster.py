@@ -28,11 +28,7 @@ class Cluster:
     """The workers behind the scheduler at an address, and one system whose chunks they make."""
 
     def __init__(self, address: str, system: System) -> None:
-        """Connect.
-
-        Raises:
-            StickslipError: no scheduler answers, or it has no workers.
-        """
+        """Connect. StickslipError: no scheduler answers, or it has no workers."""
         try:
             from distributed import Client
         except ImportError as error:

@@ -64,11 +64,7 @@ class Fmu(Shown):
 
     @classmethod
     def unpacked(cls, path: Path, folder: Path) -> Fmu:
-        """The FMU ``path`` that somebody else has unpacked in ``folder`` and removes there.
-
-        Raises:
-            StickslipError: as for ``open``.
-        """
+        """The FMU ``path`` that somebody else has unpacked in ``folder`` and removes there; errors as for ``open``."""
         description = descriptions.read(path, folder)
         return cls(path, folder, description, {v.name: v for v in description.modelVariables})
 

@@ -55,8 +55,7 @@ def simulate_any(
 ) -> Trajectory:
     """Run an FMU once; ``options`` are those of ``Driver`` and of ``Driver.run``, ``parameters`` may be structural too.
 
-    Raises:
-        StickslipError: see ``Driver``.
+    Errors as for ``Driver``.
     """
     fmu = fmu if isinstance(fmu, Fmu) else Fmu.open(fmu)
     sizes, others = structure.split(fmu, parameters or {})

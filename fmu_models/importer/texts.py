@@ -96,8 +96,7 @@ def settings(
 ) -> tuple[dict[str, str | bytes], tuple[dict[str, Any], dict[str, Any], dict[str, Any]]]:
     """What is to be set as text or bytes, checked, and the rest of parameters, start values and inputs.
 
-    Raises:
-        StickslipError: as for ``checked``.
+    Errors as for ``checked``.
     """
     kinds = {"parameter": parameters, "start value": start, "input": inputs}
     pairs = {kind: split(fmu, values) for kind, values in kinds.items()}

@@ -31,11 +31,7 @@ class LaneLibrary:
     """The steppers of one FMU."""
 
     def __init__(self, fmu: Fmu) -> None:
-        """Build it, or take it from the cache.
-
-        Raises:
-            StickslipError: the compiler fails.
-        """
+        """Build it, or take it from the cache. StickslipError: the compiler fails."""
         sources = _sources(fmu)
         with temporary_folder("lanes") as folder:
             file = compile_shared(sources, folder / f"lanes{this_platform().suffix}")
@@ -60,11 +56,7 @@ def has_lanes(fmu: Fmu) -> bool:
 
 
 def lanes_of(fmu: Fmu) -> LaneLibrary:
-    """The library of an opened FMU that has lanes.
-
-    Raises:
-        StickslipError: as for ``LaneLibrary``.
-    """
+    """The library of an opened FMU that has lanes; errors as for ``LaneLibrary``."""
     with _loading:
         if fmu not in _libraries:
             _libraries[fmu] = LaneLibrary(fmu)

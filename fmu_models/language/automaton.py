@@ -141,21 +141,13 @@ class Automaton(Declaration):
         return ()
 
     def restricted_to(self, contacts: Iterable[str]) -> NoReturn:
-        """Refused.
-
-        Raises:
-            StickslipError: always.
-        """
+        """Refused: raises StickslipError, always."""
         raise StickslipError(
             f"{self.name} has no contacts to choose from ({', '.join(contacts)}): its switches are part of its flow."
         )
 
     def with_law(self, **laws: object) -> NoReturn:
-        """Refused.
-
-        Raises:
-            StickslipError: always.
-        """
+        """Refused: raises StickslipError, always."""
         raise StickslipError(f"{self.name} has no contacts that could have another law ({', '.join(laws)}).")
 
 

@@ -23,7 +23,7 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array, sparray, spmatrix
@@ -84,8 +84,7 @@ def reduced(
     n = mass.shape[0]
     all_names = names_of(n, names)
     for name in keep:
-        if name not in all_names:
-            raise StickslipError(f"No degree of freedom is called '{name}'.{nearest(name, all_names)}")
+        refuse_unknown(name, all_names, f"No degree of freedom is called '{name}'.")
     kept = [all_names.index(name) for name in keep]
     inner = np.setdiff1d(np.arange(n), kept)
     if not 0 <= modes <= len(inner):

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import sympy
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import named
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Contact, Friction, Law, Requirement
 from fmu_models.language.declaration import Declaration, Output
@@ -213,11 +213,7 @@ class Mechanism(Declaration):
         )
 
     def _contact(self, name: str) -> Contact:
-        for contact in self.contacts:
-            if contact.name == name:
-                return contact
-        names = [contact.name for contact in self.contacts]
-        raise StickslipError(f"{self.name} has no contact '{name}'.{nearest(name, names)}")
+        return named(self.contacts, name, f"{self.name} has no contact '{name}'.")
 
 
 def _symbols(expressions: Iterable[sympy.Expr]) -> set[sympy.Basic]:

@@ -7,7 +7,7 @@ from typing import Protocol, SupportsFloat
 
 import sympy
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.quantities import Parameter
 
@@ -55,8 +55,7 @@ def check_numbers(model: Parametrised, values: Mapping[str, float]) -> None:
     """The same, each value by itself: requirements between several are left out."""
     parameters = {parameter.name: parameter for parameter in model.parameters}
     for name, value in values.items():
-        if name not in parameters:
-            raise StickslipError(f"{model.name} has no parameter '{name}'.{nearest(name, parameters)}")
+        refuse_unknown(name, parameters, f"{model.name} has no parameter '{name}'.")
         _check_bounds(parameters[name], value)
 
 

@@ -72,8 +72,7 @@ def _signal(times: tuple[float, ...], values: tuple[float, ...], stop_time: floa
 def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = None) -> tuple[Row, ...]:
     """Everything the scene asks for, one row per value of what it varies.
 
-    Raises:
-        StickslipError: as for ``simulate`` and ``find_orbit``.
+    Errors as for ``simulate`` and ``find_orbit``.
     """
     kind = KINDS.load(scene.compute.kind, scene.folder)
     if kind.sweeps:

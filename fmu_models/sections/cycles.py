@@ -54,10 +54,7 @@ class Cycle(Shown):
 def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
     """Run to ``until`` (s) and measure the last full cycle; None if the motion ends in none, or without events.
 
-    run: of ``simulate``.
-
-    Raises:
-        StickslipError: as for ``simulate``.
+    run: of ``simulate``, errors too.
     """
     events = simulate(fmu, until, output_times=[until], **run).events
     marks = _marks(events)

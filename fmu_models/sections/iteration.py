@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.arrays import Varied, Vector
 from fmu_models.base.cache import digest
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.codegen.package import built_of
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.stepwise import FAR, Step
@@ -119,8 +119,7 @@ class Iteration(SectionSystem):
             check_values(self.map, {**self.values, name: float(value)})
 
     def _check_name(self, name: str) -> None:
-        if name not in self.values:
-            raise StickslipError(f"{self.name} has no parameter '{name}'.{nearest(name, self.values)}")
+        refuse_unknown(name, self.values, f"{self.name} has no parameter '{name}'.")
 
     def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
         """(n,) a state; what is not given is as declared."""

@@ -69,8 +69,7 @@ def orbit_at(
 ) -> Orbit:
     """What the motion from ``start`` does over one period; run: parameters, inputs, tolerance of ``flow_derivative``.
 
-    Raises:
-        StickslipError: as for ``flow_derivative``.
+    Errors as for ``flow_derivative``.
     """
     flow = flow_derivative(fmu, start_time + period, start_time=start_time, start=start, **run)
     multipliers = np.linalg.eigvals(flow.by_start).astype(complex)

@@ -15,7 +15,7 @@ from typing import Self
 import numpy as np
 
 from fmu_models.base.arrays import Varied, Vector
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
 from fmu_models.sections.system import SectionSystem, named_point
@@ -117,8 +117,7 @@ class FmuPoints(SectionSystem):
 
     def check(self, name: str, values: Vector) -> None:
         """Raises StickslipError: no such parameter or input, or a value out of its range."""
-        if name not in self.parameters:
-            raise StickslipError(f"'{self.name}' has no parameter '{name}'.{nearest(name, self.parameters)}")
+        refuse_unknown(name, self.parameters, f"'{self.name}' has no parameter '{name}'.")
         for value in (np.min(values), np.max(values)):
             check_value(self.fmu, name, float(value))
         if name == self.forcing and not (np.asarray(values) > 0).all():

@@ -154,11 +154,8 @@ class ReturnMap(SectionSystem):
         return {"model": self.fmu.description.modelName, "state": self.state, "section": self.section, "cap": self.cap}
 
     def __call__(self, x: float) -> float:
-        """The value of the state at the return, in its unit; nan if there is none within the cap.
-
-        Raises:
-            StickslipError: a start out of its range, or a motion that the engine cannot continue.
-        """
+        """The value of the state at the return, in its unit; nan if there is none within the cap. StickslipError: a
+        start out of its range, or a motion that the engine cannot continue."""
         crossing = self.crossing(x)
         return math.nan if crossing is None else crossing.states[self.state]
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.arrays import Varied, Vector
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from fmu_models.families import stepwise
 from fmu_models.families.execution import Execution, Runner
@@ -192,8 +192,7 @@ def named_point(
     if isinstance(values, Mapping):
         point = defaults.copy()
         for state, value in values.items():
-            if state not in states:
-                raise StickslipError(f"{name} has no state '{state}'.{nearest(state, states)}")
+            refuse_unknown(state, states, f"{name} has no state '{state}'.")
             point[list(states).index(state)] = float(value)
     else:
         point = np.array(values, dtype=float)

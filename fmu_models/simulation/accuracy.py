@@ -94,11 +94,7 @@ def simulate_with_error(
     tolerance: float = 1e-14,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Trajectory, ErrorEstimate]:
-    """A run and an estimate of its error; arguments are those of ``simulate``.
-
-    Raises:
-        StickslipError: as for ``simulate``.
-    """
+    """A run and an estimate of its error; arguments and errors are those of ``simulate``."""
     stages = len(COMPANIONS) + 1
 
     def stage(i: int) -> Callable[[float], None]:

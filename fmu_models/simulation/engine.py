@@ -43,11 +43,8 @@ class Engine:
     """The functions of a library, and the instances that no run is using."""
 
     def __init__(self, fmu: Fmu) -> None:
-        """Load it.
-
-        Raises:
-            StickslipError: the FMU was not made by this suite, or by another version of it, or cannot be loaded.
-        """
+        """Load it. StickslipError: the FMU was not made by this suite, or by another version of it, or cannot be
+        loaded."""
         interface = fmu.description.coSimulation
         if interface is None:
             raise StickslipError(f"'{fmu.path}' has no Co-Simulation interface, through which FMUs are simulated here.")
@@ -193,11 +190,7 @@ def indicators_of(fmu: Fmu) -> list[int]:
 
 
 def engine_of(fmu: Fmu) -> Engine:
-    """The engine of an opened FMU.
-
-    Raises:
-        StickslipError: as for ``Engine``.
-    """
+    """The engine of an opened FMU; errors as for ``Engine``."""
     engine = _engines.get(fmu)
     if engine is None:
         with _loading:

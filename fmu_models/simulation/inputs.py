@@ -37,10 +37,7 @@ FORMS = "(times, values), a pandas Series, a function of time, a column LOG:COLU
 def signals_of(fmu: Fmu, inputs: Mapping[str, Any], start: float, stop: float) -> dict[str, Any]:
     """Inputs of a run of an FMU from ``start`` to ``stop`` (s): each a number or a Signal in its unit.
 
-    A name that the FMU does not have is left for others to refuse.
-
-    Raises:
-        StickslipError: as for `signal_of`.
+    A name that the FMU does not have is left for others to refuse. Errors as for `signal_of`.
     """
     signals = dict(inputs)
     for name, value in inputs.items():

@@ -147,11 +147,8 @@ class KeptRun(Shown):
         output_times: ArrayLike | None = None,
         progress: Progress = None,
     ) -> Trajectory:
-        """The run of ``simulate`` with these arguments.
-
-        Raises:
-            StickslipError: as for ``simulate``, after which the next run is as any other; or this was closed.
-        """
+        """The run of ``simulate`` with these arguments. StickslipError: as for ``simulate``, after which the next run
+        is as any other; or this was closed."""
         model, span = self._facts, (start_time, stop_time)
         if model is None:
             raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")

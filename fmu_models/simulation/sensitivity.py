@@ -193,8 +193,7 @@ class SensitiveRun(Shown):
     ) -> tuple[Vector, Events]:
         """(n, n_names) values of the run over a window, and its events, without derivatives: a small part of the cost.
 
-        Raises:
-            StickslipError: as for ``simulate``.
+        Errors as for ``simulate``.
         """
         initial = self._initial(window, parameters, start)
         assert self._instance is not None

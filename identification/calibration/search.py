@@ -129,10 +129,10 @@ class Search:
 
     def _anew(self, minima: tuple[Minimum, ...]) -> tuple[Minimum, ...]:
         """Once more from segments that are parted anew at the best minimum, as long as that lowers it: states that no
-        log shows then come from better parameters. Where logs show all of them, nothing would be new."""
+        log shows then come from better parameters, and of two searches that agree both may be wrong."""
         trials = self.trials
         assert trials.nodes is not None
-        for _ in range(ANEW if np.isnan(trials.nodes.states).any() else 0):
+        for _ in range(ANEW):
             best = minima[0]
             if best.arrived:
                 break

@@ -20,4 +20,5 @@ DISTURBANCE = Disturbance(
     ],
     rank=7,
     unsettles=("c", "c/J"),
+    emulated=("damping",),
 )

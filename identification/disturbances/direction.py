@@ -9,4 +9,5 @@ DISTURBANCE = Disturbance(
     terms=lambda ready, size: [DisturbanceTerm("direction", SIDED)],
     hidden=lambda ready: "" if ready.slips_both_ways else "all slip one way. Add a log with the drive reversed.",
     rank=13,
+    emulated=("direction",),
 )

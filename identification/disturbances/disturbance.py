@@ -21,7 +21,7 @@ class Disturbance:
         remark: (logs, terms) -> what is said beside the words.
         evident: whether logs that can show it do, so that a contest may begin with it.
         unsettles: constants that are not known as stated where it acts, since a free decay was read without it.
-        emulated: sizes of `rig_io.bench.disturbances.Disturbances` that emulate it.
+        emulated: names in `rig_io.bench.disturbances.KINDS` that emulate it.
     """
 
     words: str

@@ -37,6 +37,14 @@ def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:
     return [*offsets, *curves]
 
 
+def shifts(ready: Pool) -> list[DisturbanceTerm]:
+    """What a drift that was taken off leaves open of the mean of each log."""
+    shifted = {i: motion.shift for i, motion in enumerate(ready.motions) if motion.shift}
+    priors = {i: Prior(f"drift0_{i + 1}", 0.0, "1", shift, "drift taken off") for i, shift in shifted.items()}
+    words = "mean of a drift of the laser, over R"
+    return [DisturbanceTerm(prior.name, CURVE, 0, i, 0.0, prior, words, cause="drift") for i, prior in priors.items()]
+
+
 def _hidden(ready: Pool) -> str:
     if any(motion.log.has("angle") or not motion.log.has("laser") for motion in ready.motions):
         return "not all have their angle from a laser."

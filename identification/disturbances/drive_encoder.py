@@ -11,4 +11,5 @@ DISTURBANCE = Disturbance(
     terms=lambda ready, size: tuple(turn_terms(SPEED, "w")),
     hidden=too_little_turned,
     rank=9,
+    emulated=("drive_encoder",),
 )

@@ -23,4 +23,5 @@ DISTURBANCE = Disturbance(
     hidden=no_laser,
     rank=10,
     unsettles=("gain",),
+    emulated=("laser_bend",),
 )

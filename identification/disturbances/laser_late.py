@@ -27,4 +27,5 @@ DISTURBANCE = Disturbance(
     terms=lambda ready, size: [DisturbanceTerm("late", LATE, 0), DisturbanceTerm("clock", LATE, 1)],
     hidden=_hidden,
     rank=11,
+    emulated=("late",),
 )

@@ -67,4 +67,5 @@ DISTURBANCE = Disturbance(
     rank=12,
     evident=True,
     remark=lambda ready, terms: f"; it has {_frequency(ready):.4g} Hz",
+    emulated=("vibration",),
 )

@@ -17,4 +17,5 @@ DISTURBANCE = Disturbance(
     terms=lambda ready, size: [DisturbanceTerm.told("k3", CUBIC, 2, ready.decay and ready.decay.cubic, "free decay")],
     rank=6,
     unsettles=("k", "k/J"),
+    emulated=("spring",),
 )

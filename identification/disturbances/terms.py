@@ -8,7 +8,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.trust import is_place
-from identification.disturbances import DISTURBANCES, load_cell
+from identification.disturbances import DISTURBANCES, drift, load_cell
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import DAMPING, FRICTION, SPRING, DisturbanceTerm, Whereabouts, disturbed, misread
 from identification.measurement.pooled import Pool, RigValues
@@ -62,7 +62,9 @@ def terms_of(ready: Pool, causes: Sequence[str], sizes: Mapping[str, float] = UN
         reason = disturbances[name].hidden(ready)
         if reason:
             raise StickslipError(f"These logs cannot show a disturbance '{name}': {reason}")
-    terms = [load_cell.TERM] if len(ready.contacts) == 1 and weighed(ready.motions) else []
+    if len(ready.contacts) > 1:
+        return ()
+    terms = [*([load_cell.TERM] if weighed(ready.motions) else []), *drift.shifts(ready)]
     for name, disturbance in disturbances.items():
         with DISTURBANCES.running(name):
             for term in disturbance.terms(ready, sizes.get(name)):

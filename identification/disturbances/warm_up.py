@@ -23,4 +23,5 @@ DISTURBANCE = Disturbance(
     words="friction settles within each log, as that of contacts that grow warm does",
     terms=lambda ready, size: [DisturbanceTerm(f"warming{n + 1}", FADE, n) for n in range(len(TIMES))],
     rank=8,
+    emulated=("warm_up",),
 )

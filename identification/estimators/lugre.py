@@ -55,15 +55,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
         )
     steady, elastic = (options.bounded(form) for form in pair)
     first = shooting.estimate(ready, steady, options)
-    if not isinstance(first.problem, ShootingProblem):
-        return first
-    try:
-        return _bristles(first.problem, first.solution.values, elastic, options)
-    except KeyboardInterrupt:
-        return replace(first, warnings=("Interrupted: this is the result of slip shooting.",))
-    except StickslipError as error:
-        warning = f"The LuGre model cannot be run through whole cycles: {error} This is the result of slip shooting."
-        return replace(first, warnings=(warning,))
+    return whole_cycle.or_slips(first, "The LuGre model", lambda slips, x: _bristles(slips, x, elastic, options))
 
 
 def _bristles(slips: ShootingProblem, x: np.ndarray, law: FittableLaw, options: Options) -> Estimate:

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from fmu_models.simulation.signal import Signal
 from identification.disturbances.term import DisturbanceTerm
 from identification.laws.joint_law import JointLaw, laws_of
 from identification.laws.law import FittableLaw
+from identification.measurement.motion import WANDERS
 from identification.measurement.pooled import SPEED, rig_values
 
 if TYPE_CHECKING:
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from fmu_models.simulation.sensitivity import SensitiveRun
 
 STARTS = ("theta", "omega")
+WAVES = 12  # half waves in a segment that stand for what is left of a drift
 Moves = dict[str, dict[str, float]]
 
 
@@ -34,7 +37,8 @@ class ShootingSegment:
     the noise, as measured; log: number of the log; drives: rad/s, of each disc in contact; sign: direction of the slip
     on the first of them at the start; laser: whether a laser measured; guess: (2,) angle and speed at ``start_time``,
     rad, rad/s; bristles: m, their deflection there (LuGre), of which an error is forgotten within 0.1 mm of slip;
-    lines: (n,) numbers of the encoder's lines where samples are its edges; memory: s, of the noise (0: white).
+    lines: (n,) numbers of the encoder's lines where samples are its edges; memory: s, of the noise (0: white); wander:
+    deviation of what is left of a drift, as measured.
     """
 
     start_time: float
@@ -50,9 +54,13 @@ class ShootingSegment:
     bristles: float = 0.0
     lines: np.ndarray | None = None
     memory: float = 0.0
+    wander: float = 0.0
 
     def whitened(self, rows: np.ndarray) -> np.ndarray:
         """Rows (n, m) over the deviation of the noise, less what the noise has kept from the sample before."""
+        if self.wander:
+            slow, shrunk = self._slow
+            return rows / self.deviation - slow @ (shrunk * (slow.T @ rows / self.deviation))
         if not self.memory:
             return rows / self.deviation
         # samples that a bootstrap has drawn twice have the same one before
@@ -60,6 +68,16 @@ class ShootingSegment:
         carried = np.where(before < 0, 0.0, np.exp((self.time[before] - self.time) / self.memory))
         share = self.deviation * np.sqrt(1 - carried**2)
         return (rows - carried[:, None] * rows[before]) / share[:, None]
+
+    @cached_property
+    def _slow(self) -> tuple[np.ndarray, np.ndarray]:
+        """Axes (n, WAVES) of what is left of a drift, with a memory of `WANDERS`, and by which share (WAVES, 1) rows
+        shrink along them."""
+        orders, lasts = np.arange(WAVES), float(self.time[-1] - self.time[0])
+        power = np.where(orders, 4.0, 2.0) * WANDERS / lasts / (1 + (orders * np.pi * WANDERS / lasts) ** 2)
+        waves = np.cos(np.pi * np.multiply.outer((self.time - self.time[0]) / lasts, orders)) * np.sqrt(power)
+        axes, size, _ = np.linalg.svd(self.wander / self.deviation * waves, full_matrices=False)
+        return axes, 1 - 1 / np.sqrt(1 + size[:, None] ** 2)
 
     def of(self, clusters: np.ndarray) -> ShootingSegment | None:
         """The samples of these clusters (k,), labelled anew by their place among them; None if it has none."""

@@ -142,6 +142,7 @@ def slip_shooting(ready: Pool) -> tuple[list[ShootingSegment], bool]:
             cluster=np.zeros(0),
             deviation=sensor.deviation,
             memory=sensor.memory,
+            wander=slip.motion.wander * (R if sensor.laser else 1.0),
             log=ready.log_number(slip),
             drives=drives,
             sign=slip.sign,

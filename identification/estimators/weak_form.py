@@ -52,10 +52,7 @@ def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
 
 def of_few_nodes(ready: Pool, law: FittableLaw, options: Options) -> RegressionProblem:
     """The problem with averages over few nodes, for what is searched often: among laws and among disturbances. Its
-    equations are kept with the pool.
-
-    Raises:
-        StickslipError: as for `estimate`.
+    equations are kept with the pool. Errors as for `estimate`.
     """
     if ready not in _kept:
         problem = reduced(ready, law, _equations, WINDOW, options)

@@ -12,6 +12,7 @@ unevenness too fast for its encoder makes contacts let go early, so that cycles 
 by some -20 %). Residuals beyond the noise say so.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -41,22 +42,28 @@ STRUCTURE = (
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """Friction law from pooled logs. If this stage is interrupted or fails, slip shooting's result is returned with a
-    warning.
-
-    Raises:
-        StickslipError: as for slip shooting.
+    warning. Errors as for slip shooting.
     """
-    first = shooting.estimate(ready, law, options)
+
+    def over_cycles(slips: ShootingProblem, x: np.ndarray) -> Estimate:
+        problem, solution = follow(slips, x, options)
+        return Estimate(ESTIMATOR, law, problem, solution, excess(solution))
+
+    return or_slips(shooting.estimate(ready, law, options), "The model", over_cycles)
+
+
+def or_slips(first: Estimate, model: str, further: Callable[[ShootingProblem, np.ndarray], Estimate]) -> Estimate:
+    """What ``further`` makes of slip shooting solved at x (m,); where it is interrupted or fails, slip shooting's
+    result with a warning."""
     if not isinstance(first.problem, ShootingProblem):
         return first
     try:
-        problem, solution = follow(first.problem, first.solution.values, options)
+        return further(first.problem, first.solution.values)
     except KeyboardInterrupt:
         return replace(first, warnings=("Interrupted: this is the result of slip shooting.",))
     except StickslipError as error:
-        warning = f"The model cannot be run through whole cycles: {error} This is the result of slip shooting."
+        warning = f"{model} cannot be run through whole cycles: {error} This is the result of slip shooting."
         return replace(first, warnings=(warning,))
-    return Estimate(ESTIMATOR, law, problem, solution, excess(solution))
 
 
 def misfit(solution: Solution) -> float:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, named
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.shown import Moving
@@ -164,23 +164,12 @@ class FrictionFit(Moving):
         return contents | ({"warnings": f"{len(self.warnings)}, see summary()"} if self.warnings else {})
 
     def __getitem__(self, name: str) -> FittedParameter:
-        """A parameter by name.
-
-        Raises:
-            StickslipError: the law has no such parameter.
-        """
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        names = [parameter.name for parameter in self.parameters]
-        raise StickslipError(f"The law '{self.law}' has no parameter '{name}'.{nearest(name, names)}")
+        """A parameter by name. StickslipError: the law has no such parameter."""
+        return named(self.parameters, name, f"The law '{self.law}' has no parameter '{name}'.")
 
     def constant(self, name: str) -> Constant:
         """A constant by name; errors as in `__getitem__`."""
-        for constant in self.constants:
-            if constant.name == name:
-                return constant
-        raise StickslipError(f"The fit took no constant '{name}'.{nearest(name, [c.name for c in self.constants])}")
+        return named(self.constants, name, f"The fit took no constant '{name}'.")
 
     @property
     def correlation_of_constants(self) -> np.ndarray:

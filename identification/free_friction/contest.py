@@ -23,7 +23,7 @@ import numpy as np
 from identification.disturbances.term import FRICTION, LASER, SENSOR_UNITS, DisturbanceTerm, misread
 from identification.disturbances.terms import ranked, terms_of
 from identification.estimators.segment_runs import ShootingSegment
-from identification.free_friction.curve import OFF, TAUS, Gram, Known, Least, begun, curve_of, settled, slips_of
+from identification.free_friction.curve import LOST, OFF, TAUS, Gram, Known, Least, begun, curve_of, settled, slips_of
 from identification.free_friction.evidence import Evidence
 from identification.free_friction.result import COEFFICIENTS, FreeFriction
 from identification.free_friction.slips import WRONG, Guess, Slips
@@ -114,7 +114,8 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
         seen.add(frozenset(better))
         try:
             ahead = solved(table.moved(better), better)
-            if not np.isfinite(ahead[-1].likelihood(better)):
+            followed = ahead[0].squares(ahead[1]) < LOST * slips.squares(guess)
+            if not (followed and np.isfinite(ahead[-1].likelihood(better))):
                 break
         except np.linalg.LinAlgError:  # likely to first order only: with it slips are not followed
             break

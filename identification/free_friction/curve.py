@@ -287,6 +287,8 @@ def _at_rest(slips: Slips, guess: Guess, tau: float) -> tuple[Guess, Gram, int]:
             residual, slope = releases.row(near.moved(step, best.local, slips.names), tau, whole=False)
             best = gram.beside(slope, residual - float(slope @ step)).least(known, values)
             farthest = float(np.max(np.abs((best.step - step)[:COEFFICIENTS])))
+            if not np.isfinite(farthest):  # sticks are not followed
+                return guess, plain, 0
             step = step + min(1.0, FARTHEST / farthest) * (best.step - step)
             if farthest < NEAR:
                 break

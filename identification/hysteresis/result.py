@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.errors import StickslipError, named
 from fmu_models.base.shown import Pictured
 from fmu_models.language.mechanism import Mechanism
 from identification.calibration.result import CalibratedValue
@@ -145,10 +145,8 @@ class HysteresisFit(Pictured):
         return loop_model(LAWS[self._fitted(name).name], rate=self.spectrum.rate)
 
     def _fitted(self, name: str) -> FittedLaw:
-        by_name = {law.name: law for law in self.laws if not law.why}
-        if name:
-            refuse_unknown(name, by_name, f"'{name}' was not fitted to these loops.")
-        return by_name[name] if name else self.best
+        fitted = [law for law in self.laws if not law.why]
+        return named(fitted, name, f"'{name}' was not fitted to these loops.") if name else self.best
 
     @property
     def frame(self) -> pandas.DataFrame:

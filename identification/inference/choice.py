@@ -73,9 +73,7 @@ def infer(
 
     count: number of parameters of the law, the first unknowns; logs: names of the logs by their numbers; instruments:
     (m, m) covariance that instruments add to that of the residuals; tested: whether the residuals tell anything.
-
-    Raises:
-        StickslipError: as in `bootstrap`.
+    Errors as for `bootstrap`.
     """
     share = 0.0 if rule.covariance != "bootstrap" else 0.5 if rule.profile else 1.0  # of the work: the bootstrap's
     draws = None

@@ -54,8 +54,7 @@ class Machine(ABC):
     def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
         """The fit with friction laws: those that the machine's recipe asks for, else these.
 
-        Raises:
-            StickslipError: as in `with_laws`.
+        Errors as for `with_laws`.
         """
         return with_laws(self.mechanism, fit, logs, laws)
 

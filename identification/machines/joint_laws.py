@@ -128,8 +128,7 @@ def with_laws(
 ) -> MachineFit:
     """The fit with laws compared by joint, where any are asked for. options: as in `compare_joint_laws`.
 
-    Raises:
-        StickslipError: as in `compare_joint_laws`.
+    Errors as for `compare_joint_laws`.
     """
     assumed = _known_friction(mechanism, fit)
     if not laws:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.digits import value_with_sd
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError, named
 from fmu_models.base.files import existing
 from fmu_models.base.plain_values import from_plain
 from fmu_models.base.record import Recorded
@@ -89,16 +89,8 @@ class MachineFit(Pictured, Recorded):
     identified: Identified | None = field(default=None, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> MachineParameter:
-        """A base parameter by the name of its monomial.
-
-        Raises:
-            StickslipError: there is none.
-        """
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        names = [parameter.name for parameter in self.parameters]
-        raise StickslipError(f"{self.machine} has no base parameter '{name}'.{nearest(name, names)}")
+        """A base parameter by the name of its monomial. StickslipError: there is none."""
+        return named(self.parameters, name, f"{self.machine} has no base parameter '{name}'.")
 
     def _heading(self) -> str:
         worst = max(self.joints, key=lambda joint: joint.seen.relative_error)

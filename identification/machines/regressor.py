@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.errors import StickslipError, named
 from fmu_models.base.shown import Shown
 from fmu_models.language.contacts import Contact, Friction
 from fmu_models.language.mechanism import Mechanism
@@ -122,10 +122,8 @@ def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> s
 
 
 def _known_values(mechanism: Mechanism, values: Mapping[str, float]) -> dict[Parameter, float]:
-    by_name = {p.name: p for p in mechanism.parameters}
-    for name in values:
-        refuse_unknown(name, by_name, f"{mechanism.name} has no parameter '{name}'.")
-    return {by_name[name]: float(value) for name, value in values.items()}
+    known = mechanism.parameters
+    return {named(known, n, f"{mechanism.name} has no parameter '{n}'."): float(v) for n, v in values.items()}
 
 
 def effort_inputs(mechanism: Mechanism) -> list[Input]:

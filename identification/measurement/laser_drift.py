@@ -6,7 +6,11 @@
 s is the share of the log that is gone; d in rad, displacement over R: these are the cosines of a random walk. The lines
 of an encoder are misplaced, but always by the same, and the laser's gain counts for the same at each, so that what
 changes from pass to pass is the laser. Whether it drifts is judged by the likelihood of a on means over short pieces of
-the log; the drift is the most likely one with that a.
+the log; the drift is the most likely one with that a. What is left of it has the variance
+
+    sqrt(q r)/2 + q/6,    q = pi^2 a^2/(2 T) `PIECE`,
+
+q by which a walk grows in a piece, r the variance of the mean of one, T how long the log lasts.
 """
 
 from collections.abc import Sequence
@@ -14,11 +18,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.measurement.motion import DiscMotion, EdgeEquations
+from identification.measurement.motion import WANDERS, DiscMotion, EdgeEquations
 
-PIECE = 0.1  # s of a log in one mean: longer than a window that smooths the laser
+PIECE = WANDERS  # s of a log in one mean: longer than a window that smooths the laser
 LEAST, MOST = 20, 300  # pieces with edges of a log, each of which has a cosine
 SIZES = 10.0 ** np.arange(-6, 6, 0.5)  # of (a over the noise of a mean)^2
+SHIFTED = 2.0  # deviations of a drift in a log, by which its mean may be off: in this and in the decay that tells zero
 CHANCE = 20.0  # of 2 ln L, that a drift must gain: without one it gains less than 3
 
 
@@ -41,11 +46,18 @@ def without_drift(motions: Sequence[DiscMotion], equations: EdgeEquations) -> tu
         columns = np.column_stack([speed, speed * share[mine], equations.edge[mine], curves])
         projected = _within(columns, label[mine])  # one constant for each label is projected out by its mean
         projected = _means(_residual(projected[:, :2], projected[:, 2:]), block)
-        coefficients = _wandering(projected[:, 0], projected[:, 1:])
-        if coefficients is None:
+        found = _wandering(projected[:, 0], projected[:, 1:])
+        if found is None:
             continue
+        coefficients, size, noise = found
+        each, grown = noise * len(projected) / np.count_nonzero(mine), np.pi**2 * size * noise / (2 * pieces)
         drift = _cosines(_share(motion, motion.time), pieces) @ coefficients
-        mended[number] = replace(motion, angle=np.arcsin(np.clip(np.sin(motion.angle) - drift, -1, 1)))
+        mended[number] = replace(
+            motion,
+            angle=np.arcsin(np.clip(np.sin(motion.angle) - drift, -1, 1)),
+            wander=float(np.sqrt(np.sqrt(grown * each) / 2 + grown / 6)),
+            shift=SHIFTED * float(np.std(drift)),
+        )
         size = 1e3 * motion.log.rig.value("R") * float(np.max(np.abs(drift)))
         notes.append(
             f"Log '{motion.log.name}': the laser drifts against the encoder, by up to {size:.2g} mm. That was "
@@ -81,9 +93,9 @@ def _means(columns: np.ndarray, block: np.ndarray) -> np.ndarray:
     return np.stack([np.bincount(block, column) for column in columns.T], axis=1) / np.sqrt(counts)[:, None]
 
 
-def _wandering(edge: np.ndarray, curves: np.ndarray) -> np.ndarray | None:
-    """Coefficients (m,) of curves (n, m), normal with one deviation, that means of edges (n,) follow; None where it may
-    as well be chance."""
+def _wandering(edge: np.ndarray, curves: np.ndarray) -> tuple[np.ndarray, float, float] | None:
+    """Coefficients (m,) of curves (n, m), normal with one deviation, that means of edges (n,) follow, their variance
+    over that of the noise, and the latter; None where it may as well be chance."""
     if not np.any(edge):
         return None
     basis, singular, across = np.linalg.svd(curves, full_matrices=False)
@@ -94,4 +106,5 @@ def _wandering(edge: np.ndarray, curves: np.ndarray) -> np.ndarray | None:
     best = int(np.argmax(gain))
     if not gain[best] > CHANCE:
         return None
-    return across.T @ (singular * along / (1 / SIZES[best] + singular**2))
+    coefficients = across.T @ (singular * along / (1 / SIZES[best] + singular**2))
+    return coefficients, float(SIZES[best]), float(squares[best]) / len(edge)

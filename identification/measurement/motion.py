@@ -11,6 +11,7 @@ import numpy as np
 from rig_io.logs.log import RigLog
 from rig_io.sensors import edges
 
+WANDERS = 0.1  # s, of memory of what is left of a drift that was taken off
 SMOOTHING = 0.045  # of the natural period: window of the smoothing that serves only to find edges, gains and segments
 CLOSE = 1e-5  # s: edges nearer to one another are one line, passed forth and back
 LINE_ERROR = 0.02  # of the pitch, largest misplacement of a line where nothing is stated: that of usual rulings
@@ -101,6 +102,7 @@ class DiscMotion:
     estimator uses a segment that holds one); warnings: what was done to the samples, in words. passes: edges of the
     encoder where no other sensor shows the angle, which then is interpolated between them. loads: (n_discs, n)
     N, normal forces by load cells, without their noise. colour: of the angle's noise, where it is not white.
+    wander: rad, deviation of a drift that is left beside it, with `WANDERS` s of memory; shift: rad, that of its mean.
     """
 
     log: RigLog
@@ -112,6 +114,8 @@ class DiscMotion:
     passes: Passes | None = None
     loads: np.ndarray | None = None
     colour: Colour | None = None
+    wander: float = 0.0
+    shift: float = 0.0
 
     @property
     def drive(self) -> np.ndarray:

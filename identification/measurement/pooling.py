@@ -142,14 +142,19 @@ def _usable(
     return results, tuple(warnings)
 
 
-def _contacts(logs: Sequence[RigLog]) -> tuple[tuple[str, ...], Arrangement]:
-    """Discs of all logs, and the arrangement of those logs that have two."""
+def check_contacts(logs: Sequence[RigLog]) -> None:
+    """Refuse logs without a disc in contact."""
     for log in logs:
         if not log.contacts:
             raise StickslipError(
                 f"Log '{log.name}' is of kind '{log.kind}', but has no disc in contact. Say which one touches, "
                 '"contacts": ["disc0"], or call it a "free-decay".'
             )
+
+
+def _contacts(logs: Sequence[RigLog]) -> tuple[tuple[str, ...], Arrangement]:
+    """Discs of all logs, and the arrangement of those logs that have two."""
+    check_contacts(logs)
     contacts = tuple(sorted({contact for log in logs for contact in log.contacts}))
     double = [log for log in logs if len(log.contacts) == 2]
     if len(contacts) > 1 and not double:

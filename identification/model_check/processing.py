@@ -10,7 +10,7 @@ from fmu_models.base.errors import StickslipError
 from identification.measurement.disc_motion import fuse
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.motion import SMOOTHING, DiscMotion, savitzky_golay
-from identification.measurement.pooling import at_rest, check_same_rig, motions_in_pieces
+from identification.measurement.pooling import at_rest, check_contacts, check_same_rig, motions_in_pieces
 from identification.measurement.slip_segments import THRESHOLD, stretches
 from identification.model_check.portraits import LIMITS, PHASES, Portrait, Rest, Stick
 from rig_io.logs.log import RigLog
@@ -39,12 +39,7 @@ def measured_motions(logs: Sequence[RigLog], natural_period: float) -> dict[tupl
     if not sliding:
         raise StickslipError("There is no stick-slip log among those given. Give those to compare with.")
     check_same_rig([*sliding, *decays])
-    for log in sliding:
-        if not log.contacts:
-            raise StickslipError(
-                f"Log '{log.name}' is of kind '{log.kind}', but has no disc in contact. Say which one touches, "
-                '"contacts": ["disc0"], or call it a "free-decay".'
-            )
+    check_contacts(sliding)
     raw, _, _ = motions_in_pieces(sliding, CYCLES * natural_period)
     if decays:
         raw = at_rest(raw, fit_free_decay(decays[0]))

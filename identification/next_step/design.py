@@ -53,7 +53,8 @@ OBSERVED = 12.0  # natural periods of the simulated motion that are looked at
 class Candidate(Shown):
     """An experiment. kind: "stick-slip" or "steady sliding"; drive_speed: rad/s; load: N; deviations: of each
     parameter, with this log beside those fitted; gain: share by which they fall, geometric mean, 0 to 1; index:
-    collinearity with it; greatest_slip: m/s; refused: why it is none, None if it is one."""
+    collinearity with it; greatest_slip: m/s; refused: why it is none, None if it is one; both: whether it sticks and
+    slips or slides on, as it was begun."""
 
     kind: str
     drive_speed: float
@@ -63,6 +64,7 @@ class Candidate(Shown):
     index: float
     greatest_slip: float
     refused: str | None
+    both: bool = False
 
 
 @dataclass(frozen=True)
@@ -136,7 +138,9 @@ def design(
         results, grid = [], [(w, N) for N in loaded_by for w in tried]
         for number, (w, N) in enumerate(grid):
             run = runs.stick_slip(w, N)
-            results.append(_candidate(fit, "stick-slip", w, N, run, fisher, precision * duration * run.information))
+            found = _candidate(fit, "stick-slip", w, N, run, fisher, precision * duration * run.information)
+            both = run.refused is None and _slides_on(fit, law, replace(rig, forces=(N,)), rig.r * w)
+            results.append(replace(found, both=both))
             if progress is not None:
                 progress((number + 1) / len(grid))
         for v in _sliding_speeds(fit, law, rig):
@@ -248,12 +252,17 @@ def _covariance(fit: FrictionFit) -> np.ndarray:
 
 
 def _sliding_speeds(fit: FrictionFit, law: FittableLaw, rig: RigValues) -> Iterator[float]:
-    """Slip speeds (m/s) at which steady sliding is stable: c + R^2 N mu'(v) > 0."""
+    """Slip speeds (m/s) at which steady sliding is stable."""
     highest = max(abs(log.drive_speeds[0]) for log in fit.logs)
     for v in rig.r * np.geomspace(highest, max(2 * highest, FASTEST), SLIDING):
-        slope = float(np.diff(law.value(v * np.array([1 - 1e-5, 1 + 1e-5]), fit.law_values))[0]) / (2e-5 * v)
-        if rig.c + rig.R**2 * rig.N * slope > 0:
+        if _slides_on(fit, law, rig, v):
             yield float(v)
+
+
+def _slides_on(fit: FrictionFit, law: FittableLaw, rig: RigValues, v: float) -> bool:
+    """Whether steady sliding at a slip speed is stable, m/s: c + R^2 N mu'(v) > 0."""
+    slope = float(np.diff(law.value(v * np.array([1 - 1e-5, 1 + 1e-5]), fit.law_values))[0]) / (2e-5 * v)
+    return rig.c + rig.R**2 * rig.N * slope > 0
 
 
 def _steady(law: FittableLaw, fit: FrictionFit, rig: RigValues, v: float, precision: float) -> _Seen:
@@ -312,6 +321,11 @@ def _advice(ranked: Sequence[Candidate], sds: Mapping[str, float], index: float,
         f"{duration:g} s more of {best.kind} at {best.drive_speed:.3g} rad/s with N = {best.load:.3g} N would help "
         f"most: standard deviations {falls}; collinearity index {index:.3g} -> {best.index:.3g}."
     )
+    if best.both:
+        text += (
+            " Steady sliding is stable there too: bring the drive up from rest with both discs in contact, so that the "
+            "body sticks from the begin; let down on a running drive it may slide on."
+        )
     reached = max((c.greatest_slip for c in useful if c.kind == "stick-slip"), default=0.0)
     steady = next((c for c in useful if c.kind == "steady sliding" and c.greatest_slip > reached), None)
     if steady is not None and best.kind == "stick-slip":

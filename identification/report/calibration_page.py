@@ -114,10 +114,7 @@ def calibration_findings(
 ) -> CalibrationFindings:
     """Everything that is in the report of a calibration; what cannot be had is left out with a note.
 
-    logs: that took part, or others; interactive: the model with sliders.
-
-    Raises:
-        StickslipError: as in `follow`.
+    logs: that took part, or others; interactive: the model with sliders. Errors as for `follow`.
     """
     followed = []
     for number, log in enumerate(logs):

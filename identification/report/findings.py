@@ -28,10 +28,7 @@ def findings(
 
     logs: those fitted, and others that are only compared. residuals: fit once more, for the correlation of residuals
     and as a check; uncertainty: carried on to the predicted bifurcation speeds; interactive: the model live beside the
-    measured portraits. ``progress`` is told the fraction done.
-
-    Raises:
-        StickslipError: as in `compare_families`.
+    measured portraits. ``progress`` is told the fraction done. Errors as for `compare_families`.
     """
     families = compare_families(fit, logs, uncertainty=uncertainty, progress=lambda share: progress(0.5 * share))
     decays = [log for log in logs if log.kind == "free-decay"]

@@ -101,8 +101,7 @@ def machine_findings(
 ) -> MachineFindings:
     """Everything that is in the report of a machine. logs: those fitted, and others, that are only predicted.
 
-    Raises:
-        StickslipError: as in `predict_efforts`.
+    Errors as for `predict_efforts`.
     """
     seen, others = ([log for log in logs if (log.name in fit.logs) is used] for used in (True, False))
     fitted, only_seen = (predict_efforts(mechanism, fit, part) if part else [] for part in (seen, others))

@@ -76,10 +76,7 @@ def machine_values(
     machine: Mechanism, fit: MachineFit, *, only: Sequence[str] = (), renamed: Mapping[str, str] | None = None
 ) -> tuple[HandedValue, ...]:
     """What a machine hands on, made of its fit by `machine_with`: base parameters and what was known; the rest is as
-    for `handed_values`.
-
-    Raises:
-        StickslipError: as for `handed_values`.
+    for `handed_values`, errors too.
     """
     deviations = {identifier(parameter.name): parameter.standard_deviation for parameter in fit.parameters}
     values = {
@@ -93,10 +90,7 @@ def calibration_values(
     fmu: Fmu, calibration: Calibration, *, only: Sequence[str] = (), renamed: Mapping[str, str] | None = None
 ) -> tuple[HandedValue, ...]:
     """What a calibration hands on to its model: parameters that all logs share, and those that were held; the rest is
-    as for `handed_values`.
-
-    Raises:
-        StickslipError: as for `handed_values`.
+    as for `handed_values`, errors too.
     """
     values = {name: (value, None) for name, value in calibration.held.items()}
     values |= {parameter.name: (parameter.value, parameter.standard_deviation) for parameter in calibration.parameters}

@@ -16,6 +16,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
+from rig_io.bench.disturbances import Moment
 from rig_io.bench.drive import with_holds
 from rig_io.bench.emulation import LOAD_STEP, Disc, Emulation
 from rig_io.bench.materials import CONTI, STANDARD_SPEEDS, material
@@ -49,12 +50,18 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
     columns: dict[str, np.ndarray] = {}
     moved = settings.disturbances
     if moved is not None:
-        motion = replace(motion, angle=motion.angle + moved.zero)
+        motion = replace(motion, angle=motion.angle + moved.size("zero"))
+
+    def added(acts: str, time: np.ndarray, at: np.ndarray) -> np.ndarray | float:
+        """What disturbances add to a quantity."""
+        return _added(settings, acts, time, at, seed, number)
+
     if settings.laser is not None:
-        radius = settings.rig.value("R")
-        volts = settings.laser.read(motion, ticks, radius, _rng(seed, _LASER), _rng(seed, _LASER, number))
+        radius, seen = settings.rig.value("R"), ticks + added("read", ticks, ticks)
+        volts = settings.laser.read(motion, seen, radius, _rng(seed, _LASER), _rng(seed, _LASER, number))
         if moved is not None:
-            volts = volts + moved.displacement(ticks, _rng(seed, _DISTURBED, number, 1)) / settings.laser.gain
+            wrong = moved.displacement(ticks, _rng(seed, _DISTURBED, number, 1))
+            volts = volts + (wrong + added("laser", ticks, motion.angle_at(seen))) / settings.laser.gain
         columns["laser"] = volts
     if (sensor := settings.speed_sensor) is not None:
         streams = _rng(seed, _SPEED), _rng(seed, _SPEED, number)
@@ -75,8 +82,11 @@ def emulate(settings: Emulation, seed: int = 0, number: int = 0) -> RigLog:
         calibrations[f"load{i}"] = settings.load_cell.calibration
     for shaft, (encoder, turning, stream) in shafts.items():
         if encoder is not None:
+            wrong = 0 * turning.time + added(shaft, turning.time, turning.angle)
+            turning = Motion(turning.time, turning.angle + wrong, turning.speed + np.gradient(wrong, turning.time))
             count, edge_time = encoder.ruled(_rng(seed, stream)).read(turning, ticks)
-            columns |= {f"{shaft}_count": count, f"{shaft}_edge_time": edge_time}
+            columns[f"{shaft}_count"] = count + added(f"{shaft}_count", ticks, count)
+            columns[f"{shaft}_edge_time"] = edge_time + added("edge_time", edge_time, count)
             calibrations[shaft] = encoder.calibration
     return RigLog(
         name=settings.name,
@@ -164,17 +174,30 @@ def _drive(settings: Emulation, i: int, total: float, seed: int, number: int) ->
     return time, speed, start
 
 
+def _added(
+    settings: Emulation, acts: str, time: np.ndarray, at: np.ndarray, seed: int, number: int
+) -> np.ndarray | float:
+    if settings.disturbances is None:
+        return 0.0
+    moment = Moment(time, at, settings.duration, _rng(seed))
+    return settings.disturbances.added(acts, moment, lambda kind: _rng(seed, _DISTURBED, number, 2, kind))
+
+
 def _loads(settings: Emulation, drives: Sequence[Turning], seed: int, number: int) -> dict[str, Signal]:
-    """Factors of the normal force over the time of the run; none without disturbances."""
-    if settings.disturbances is None or not drives:
+    """Factors of the normal force, and a torque beside, over the time of the run; none without disturbances."""
+    if settings.disturbances is None:
         return {}
+    total = settings.transient + settings.duration
+    fine = np.append(np.arange(0.0, total, LOAD_STEP), total)
+    torque = _added(settings, "torque", fine - settings.transient, fine, seed, number)
+    beside = {"torque0": Signal(fine, torque)} if isinstance(torque, np.ndarray) else {}
+    if not drives:
+        return beside
     ((time, speed, start),) = drives
-    fine = np.arange(0.0, time[-1], LOAD_STEP)
-    fine = np.append(fine, time[-1])
     angle = start + np.interp(fine, time, integrated(time, speed).angle)
     log = fine - settings.transient
     factor = settings.disturbances.load(log, angle, settings.duration, number, _rng(seed, _DISTURBED))
-    return {"load0": Signal(fine, factor)}
+    return {"load0": Signal(fine, factor), **beside}
 
 
 def _shifted(motion: Motion, transient: float) -> Motion:
@@ -194,7 +217,7 @@ def _experiment(settings: Emulation, seed: int, number: int) -> Experiment:
     if settings.micro_slip is not None:
         truth["micro_slip"] = asdict(settings.micro_slip)
     if settings.disturbances is not None:
-        truth["disturbances"] = asdict(settings.disturbances)
+        truth["disturbances"] = dict(settings.disturbances.sizes)
     if settings.scene is not None:
         truth["scene"] = {"name": settings.scene.name, "model": settings.scene.model, **settings.scene.parameters}
     return Experiment(

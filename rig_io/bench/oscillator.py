@@ -55,9 +55,10 @@ def _oscillator(settings: Emulation) -> tuple[Fmu, Mapping[str, float], Mapping[
 
         scene = unfolded(settings.scene)
         return Fmu.open(built_scene(scene)), scene.free, scene.start
-    if settings.disturbances is not None and settings.discs:
-        (law,) = _laws(settings).values()
-        return disturbed_oscillator(law), _parameters(settings) | settings.disturbances.parameters, {}
+    if (moved := settings.disturbances) is not None and (settings.discs or moved.moves):
+        law = next(iter(_laws(settings).values()), "")
+        own = {name: value for name, value in moved.parameters.items() if law or not name.startswith("g")}
+        return disturbed_oscillator(law), _parameters(settings) | own, {}
     from fmu_models.codegen.package import built
 
     laws = {contact: law for contact, law in _laws(settings).items() if law != CONTI}

@@ -58,7 +58,8 @@ def emulate(
         typer.Option(
             metavar="NAME=SIZE",
             help="Of a bench as it is: once=5%, twice=1% (normal force per turn of the drive), angle=5% (friction over "
-            "the body's angle), per_log=4%, within=4% (wear), offset=0.1mm, drift=0.3mm (laser), zero=2mrad; repeat.",
+            "the body's angle), per_log=4%, within=4% (wear), offset=0.1mm, drift=0.3mm (laser), zero=2mrad and many "
+            "others, which a wrong name lists; repeat.",
         ),
     ] = None,
     start: Annotated[

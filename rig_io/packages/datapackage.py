@@ -216,10 +216,7 @@ def read_package(
 ) -> list[RigLog]:
     """Read every log of a data package (its folder or its ``datapackage.json``), in the package's order.
 
-    repair, reader: as in `read_log`.
-
-    Raises:
-        StickslipError: as in `read_log`.
+    repair, reader: as in `read_log`. Errors as for `read_log`.
     """
     path = Path(path)
     sidecar_path = path / SIDECAR if existing(path, "package of logs").is_dir() else path

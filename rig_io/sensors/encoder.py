@@ -116,14 +116,3 @@ def edges(log: RigLog, instrument: str = "encoder") -> Edges:
         time, run = 0.5 * (log.time[indices] + log.time[indices + 1]), np.zeros(len(indices), dtype=np.int64)
     direction = np.sign(change[indices])
     return Edges(time, pitch * (after + (direction < 0) - 0.5), direction, run)
-
-
-def encoder_edges(log: RigLog, instrument: str = "encoder") -> tuple[np.ndarray, np.ndarray]:
-    """Times (m,) in s and angles (m,) in rad of the edges; see `edges`."""
-    measured = edges(log, instrument)
-    return measured.time, measured.angle
-
-
-def encoder_angle(log: RigLog, instrument: str = "encoder") -> np.ndarray:
-    """Angle (n_samples,) in rad at the ticks by count alone: right within a pitch; errors as in `edges`."""
-    return log.calibration.need(instrument).pitch * log.column(f"{instrument}_count")

@@ -171,37 +171,32 @@ static int64_t same_unit(const Coupling *c, const fmi2ValueReference *reference,
     return count;
 }
 
-CALL(get)(fmi2Component m, const fmi2ValueReference *reference, size_t n, fmi2Real *values)
+static int coupled_pass(Coupling *c, const fmi2ValueReference *reference, int64_t n, double *values, int writing)
 {
-    Coupling *c = m;
     int32_t types[BUFFER];
     uint32_t references[BUFFER];
-    int status = fresh(c);
-    for (int64_t i = 0; i < (int64_t)n && status < FMI_DISCARD;) {
-        const Variables variables = {same_unit(c, reference, i, (int64_t)n, types, references), types, references,
-                                     NULL};
+    int status = FMI_OK;
+    for (int64_t i = 0; i < n && status < FMI_DISCARD;) {
+        const Variables variables = {same_unit(c, reference, i, n, types, references), types, references, NULL};
         const int64_t unit = c->variable_unit[reference[i]];
-        status = coupling_failed(c, unit, fmi_read(c->fmus[unit], &variables, values + i));
+        const FmuInstance *fmu = c->fmus[unit];
+        status = coupling_failed(
+            c, unit, writing ? fmi_write(fmu, &variables, values + i) : fmi_read(fmu, &variables, values + i));
         i += variables.n;
     }
-    RETURN(status);
+    return status;
+}
+
+CALL(get)(fmi2Component m, const fmi2ValueReference *reference, size_t n, fmi2Real *values)
+{
+    const int status = fresh(m);
+    RETURN(status < FMI_DISCARD ? coupled_pass(m, reference, (int64_t)n, values, 0) : status);
 }
 
 CALL(set)(fmi2Component m, const fmi2ValueReference *reference, size_t n, const fmi2Real *values)
 {
-    Coupling *c = m;
-    int32_t types[BUFFER];
-    uint32_t references[BUFFER];
-    int status = FMI_OK;
-    c->stale = 1;
-    for (int64_t i = 0; i < (int64_t)n && status < FMI_DISCARD;) {
-        const Variables variables = {same_unit(c, reference, i, (int64_t)n, types, references), types, references,
-                                     NULL};
-        const int64_t unit = c->variable_unit[reference[i]];
-        status = coupling_failed(c, unit, fmi_write(c->fmus[unit], &variables, values + i));
-        i += variables.n;
-    }
-    RETURN(status);
+    ((Coupling *)m)->stale = 1;
+    RETURN(coupled_pass(m, reference, (int64_t)n, (double *)values, 1));
 }
 
 CALL(terminate)(fmi2Component m) { RETURN(all_plain(m, F_TERMINATE)); }
@@ -229,24 +224,4 @@ EXPORT void coupling_fill(FmuInstance *fmu, Coupling *c)
     PUT(F_TERMINATE, terminate);
     PUT(F_GETTERS, get);
     PUT(F_SETTERS, set);
-}
-
-/* for the co-simulation of units one by one */
-EXPORT int32_t coupling_read(const FmuInstance *fmu, const Variables *variables, double *values)
-{
-    return fmi_read(fmu, variables, values);
-}
-
-EXPORT int32_t coupling_write(const FmuInstance *fmu, const Variables *variables, const double *values)
-{
-    return fmi_write(fmu, variables, values);
-}
-
-EXPORT int32_t coupling_plain(const FmuInstance *fmu, int32_t function) { return fmi_plain(fmu, (Function)function); }
-
-EXPORT int32_t coupling_update(const FmuInstance *fmu, Update *update) { return fmi_update(fmu, update); }
-
-EXPORT int32_t coupling_do_step(const FmuInstance *fmu, double t, double length, Stepped *stepped)
-{
-    return fmi_do_step(fmu, t, length, stepped);
 }

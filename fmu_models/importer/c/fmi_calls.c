@@ -128,16 +128,25 @@ int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx)
 
 enum { FEW = 2 }; /* elements of an array that need no memory of their own */
 
-/* the n values of a variable of such a type */
+/* the conversion of a number beyond the type, or of none, is not defined */
+static int fits(double value, double least, double most) { return value > least - 1.0 && value < most + 1.0; }
+
+/* the n values of a variable of such a type, either way */
 #define ONE(TAG, CTYPE, NAME, LEAST, MOST)                                                                             \
     case TAG: {                                                                                                        \
         CTYPE few[FEW] = {0};                                                                                          \
         CTYPE *all = n <= FEW ? few : calloc((size_t)n, sizeof *all);                                                  \
-        if (!all) {                                                                                                    \
-            return FMI_ERROR;                                                                                          \
+        int fine = all != NULL;                                                                                        \
+        for (int64_t i = 0; i < n && fine && writing; i++) {                                                           \
+            fine = TAG == T_FLOAT32 || fits(value[i], (double)LEAST, (double)MOST);                                    \
+            all[i] = fine ? (CTYPE)value[i] : (CTYPE)0;                                                                \
         }                                                                                                              \
-        status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(fmu->instance, reference, 1, (void *)all, (size_t)n);          \
-        for (int64_t i = 0; i < n; i++) {                                                                              \
+        if (fine && writing) {                                                                                         \
+            status = (int)CALL3(Set##NAME, F_SETTERS + TAG)(fmu->instance, reference, 1, (void *)all, (size_t)n);      \
+        } else if (fine) {                                                                                             \
+            status = (int)CALL3(Get##NAME, F_GETTERS + TAG)(fmu->instance, reference, 1, (void *)all, (size_t)n);      \
+        }                                                                                                              \
+        for (int64_t i = 0; i < n && fine && !writing; i++) {                                                          \
             value[i] = (double)all[i];                                                                                 \
         }                                                                                                              \
         if (all != few) {                                                                                              \
@@ -146,56 +155,27 @@ enum { FEW = 2 }; /* elements of an array that need no memory of their own */
         break;                                                                                                         \
     }
 
-static int read_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double *value, int64_t n)
+static int fmi_pass_one(const FmuInstance *fmu, Type type, const uint32_t *reference, double *value, int64_t n,
+                        int writing)
 {
     int status = FMI_ERROR;
     if (fmu->fmi == 2) {
         /* integers, enumerations and booleans of FMI 2 are all int */
         int one = 0;
+        if (writing) {
+            if (!fits(*value, INT_MIN, INT_MAX)) return FMI_ERROR;
+            one = (int)*value;
+            return (int)CALL2(SetInteger, F_SETTERS + type)(fmu->instance, reference, 1, &one);
+        }
         status = (int)CALL2(GetInteger, F_GETTERS + type)(fmu->instance, reference, 1, &one);
         *value = one;
         return status;
     }
     switch (type) {
         NARROWER(ONE)
-    case T_FLOAT64: return (int)CALL3(GetFloat64, F_GETTERS)(fmu->instance, reference, 1, value, (size_t)n);
-    }
-    return status;
-}
-#undef ONE
-
-/* the conversion of a number beyond the type, or of none, is not defined */
-static int fits(double value, double least, double most) { return value > least - 1.0 && value < most + 1.0; }
-
-#define ONE(TAG, CTYPE, NAME, LEAST, MOST)                                                                             \
-    case TAG: {                                                                                                        \
-        CTYPE few[FEW] = {0};                                                                                          \
-        CTYPE *all = n <= FEW ? few : calloc((size_t)n, sizeof *all);                                                  \
-        int fine = all != NULL;                                                                                        \
-        for (int64_t i = 0; i < n && fine; i++) {                                                                      \
-            fine = TAG == T_FLOAT32 || fits(value[i], (double)LEAST, (double)MOST);                                    \
-            all[i] = fine ? (CTYPE)value[i] : (CTYPE)0;                                                                \
-        }                                                                                                              \
-        if (fine) {                                                                                                    \
-            status = (int)CALL3(Set##NAME, F_SETTERS + TAG)(fmu->instance, reference, 1, (void *)all, (size_t)n);      \
-        }                                                                                                              \
-        if (all != few) {                                                                                              \
-            free(all);                                                                                                 \
-        }                                                                                                              \
-        break;                                                                                                         \
-    }
-
-static int write_one(const FmuInstance *fmu, Type type, const uint32_t *reference, const double *value, int64_t n)
-{
-    int status = FMI_ERROR;
-    if (fmu->fmi == 2) {
-        if (!fits(*value, INT_MIN, INT_MAX)) return FMI_ERROR;
-        const int one = (int)*value;
-        return (int)CALL2(SetInteger, F_SETTERS + type)(fmu->instance, reference, 1, &one);
-    }
-    switch (type) {
-        NARROWER(ONE)
-    case T_FLOAT64: return (int)CALL3(SetFloat64, F_SETTERS)(fmu->instance, reference, 1, value, (size_t)n);
+    case T_FLOAT64:
+        return writing ? (int)CALL3(SetFloat64, F_SETTERS)(fmu->instance, reference, 1, value, (size_t)n)
+                       : (int)CALL3(GetFloat64, F_GETTERS)(fmu->instance, reference, 1, value, (size_t)n);
     }
     return status;
 }
@@ -213,44 +193,37 @@ static int64_t floats_from(const Variables *variables, int64_t i)
     return n;
 }
 
-int fmi_read(const FmuInstance *fmu, const Variables *variables, double *values)
+static int fmi_pass_floats(const FmuInstance *fmu, const uint32_t *reference, double *values, size_t n, int writing)
+{
+    if (fmu->fmi == 2) {
+        return writing ? (int)CALL2(SetReal, F_SETTERS)(fmu->instance, reference, n, values)
+                       : (int)CALL2(GetReal, F_GETTERS)(fmu->instance, reference, n, values);
+    }
+    return writing ? (int)CALL3(SetFloat64, F_SETTERS)(fmu->instance, reference, n, values, n)
+                   : (int)CALL3(GetFloat64, F_GETTERS)(fmu->instance, reference, n, values, n);
+}
+
+static int fmi_pass(const FmuInstance *fmu, const Variables *variables, double *values, int writing)
 {
     int status = FMI_OK;
     for (int64_t i = 0; i < variables->n && status < FMI_DISCARD;) {
         const uint32_t *reference = variables->references + i;
-        const int64_t n = floats_from(variables, i);
-        if (n == 0) {
-            const int64_t size = size_at(variables, i);
-            status = read_one(fmu, (Type)variables->types[i], reference, values + i, size);
-            i += size;
-            continue;
-        }
-        status = fmu->fmi == 2
-                     ? (int)CALL2(GetReal, F_GETTERS)(fmu->instance, reference, (size_t)n, values + i)
-                     : (int)CALL3(GetFloat64, F_GETTERS)(fmu->instance, reference, (size_t)n, values + i, (size_t)n);
+        const int64_t floats = floats_from(variables, i), n = floats ? floats : size_at(variables, i);
+        status = floats ? fmi_pass_floats(fmu, reference, values + i, (size_t)n, writing)
+                        : fmi_pass_one(fmu, (Type)variables->types[i], reference, values + i, n, writing);
         i += n;
     }
     return status;
 }
 
+int fmi_read(const FmuInstance *fmu, const Variables *variables, double *values)
+{
+    return fmi_pass(fmu, variables, values, 0);
+}
+
 int fmi_write(const FmuInstance *fmu, const Variables *variables, const double *values)
 {
-    int status = FMI_OK;
-    for (int64_t i = 0; i < variables->n && status < FMI_DISCARD;) {
-        const uint32_t *reference = variables->references + i;
-        const int64_t n = floats_from(variables, i);
-        if (n == 0) {
-            const int64_t size = size_at(variables, i);
-            status = write_one(fmu, (Type)variables->types[i], reference, values + i, size);
-            i += size;
-            continue;
-        }
-        status = fmu->fmi == 2
-                     ? (int)CALL2(SetReal, F_SETTERS)(fmu->instance, reference, (size_t)n, values + i)
-                     : (int)CALL3(SetFloat64, F_SETTERS)(fmu->instance, reference, (size_t)n, values + i, (size_t)n);
-        i += n;
-    }
-    return status;
+    return fmi_pass(fmu, variables, (double *)values, 1);
 }
 
 int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *stepped)

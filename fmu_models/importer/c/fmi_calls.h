@@ -13,10 +13,10 @@ typedef struct {
     double next_time; /* infinity where none is defined */
 } Update;
 
-int fmi_plain(const FmuInstance *fmu, Function function); /* the functions that take the instance only */
+EXPORT int fmi_plain(const FmuInstance *fmu, Function function); /* the functions that take the instance only */
 int fmi_initialize(const FmuInstance *fmu, double start, double stop, double tolerance); /* up to initialization mode */
 EXPORT int fmi_configure(const FmuInstance *fmu); /* structural parameters, if there are any to be set */
-int fmi_update(const FmuInstance *fmu, Update *update);
+EXPORT int fmi_update(const FmuInstance *fmu, Update *update);
 int fmi_completed(const FmuInstance *fmu, int *enter_event, int *terminate);
 int fmi_set_time(const FmuInstance *fmu, double t);
 int fmi_set_states(const FmuInstance *fmu, const double *x);
@@ -26,8 +26,8 @@ int fmi_indicators(const FmuInstance *fmu, double *z);
 int fmi_nominals(const FmuInstance *fmu, double *nominals);
 /* dx = J seed; seed (n_states) */
 int fmi_directional(const FmuInstance *fmu, const double *seed, double *dx);
-int fmi_read(const FmuInstance *fmu, const Variables *variables, double *values);
-int fmi_write(const FmuInstance *fmu, const Variables *variables, const double *values);
+EXPORT int fmi_read(const FmuInstance *fmu, const Variables *variables, double *values);
+EXPORT int fmi_write(const FmuInstance *fmu, const Variables *variables, const double *values);
 
 /* FMI 3: one clock */
 int fmi_set_clock(const FmuInstance *fmu, uint32_t reference);
@@ -41,4 +41,4 @@ typedef struct {
     int event, terminate, early;
     double reached;
 } Stepped;
-int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *stepped);
+EXPORT int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *stepped);

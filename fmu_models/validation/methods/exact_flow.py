@@ -93,11 +93,8 @@ class _FlowRun:
 
 
 def _period(problem: MethodProblem, name: str) -> float | None:
-    """The period that all harmonics of a problem fit into, s; None where nothing depends on the time.
-
-    Raises:
-        NotTreated: there is none.
-    """
+    """The period that all harmonics of a problem fit into, s; None where nothing depends on the time. NotTreated: there
+    is none."""
     waves = [abs(float(sympy.diff(argument, TIME))) for argument in Lifted.of(problem.system).harmonics]
     if not waves:
         return None

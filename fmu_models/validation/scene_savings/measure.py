@@ -75,11 +75,7 @@ def whole_model(scene: Scene) -> Fmu:
 
 
 def time_runs(scene: Scene, pairs: int = PAIRS) -> TimedRuns:
-    """Run the scene's FMU and that of its model in turn, ends recorded only.
-
-    Raises:
-        StickslipError: as for ``simulate``.
-    """
+    """Run the scene's FMU and that of its model in turn, ends recorded only; errors as for ``simulate``."""
     small, large = Fmu.open(built_scene(scene)), whole_model(scene)
     muted = _muting(scene)
     small_arguments = arguments(scene)

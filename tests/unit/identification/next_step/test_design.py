@@ -114,3 +114,23 @@ def test_what_cannot_be_designed(fit: FrictionFit) -> None:
     lost = replace(fit, correlation=((1.0, 1.0, 1.0),) * 3)
     with pytest.raises(StickslipError, match="nothing to build a design on"):
         design(lost)
+
+
+def test_a_speed_at_which_a_body_may_slide_on_says_how_to_begin(fit: FrictionFit) -> None:
+    """At the truth: carried along from rest it sticks and slips, let down where it would slide it slides on."""
+    mu_s, mu_k, p = 0.65, 0.35, 15.0
+    found = design(fit, speeds=np.linspace(1.0, 2.4, 15).tolist(), loads=[4.905])
+    both = [one for one in found.candidates if one.both and one.refused is None]
+    (pair, *_), w = standard_set("paper/rubber"), min(one.drive_speed for one in both) + 0.1
+    v = 0.06 * w
+    slides_at = 0.125 * 4.905 * ((mu_s - mu_k) / (1 + p * v) + mu_k) / 2.62
+    begun = {"carried": {}, "let down": {"at_rest": True, "start_angle": slides_at}}
+    swing = {}
+    for way, start in begun.items():
+        one = replace(pair, discs=(replace(pair.discs[0], drive_speed=w),), ripple=None, transient=0.0, **start)
+        laser = emulate(one, 1).column("laser")
+        swing[way] = float(np.ptp(laser[len(laser) // 2 :]))
+    assert swing["carried"] > 20 * swing["let down"]
+    advice = design(fit, speeds=[w], loads=[4.905]).advice
+    assert "bring the drive up from rest" in advice
+    assert "bring the drive up" not in design(fit, speeds=[0.6], loads=[4.905]).advice

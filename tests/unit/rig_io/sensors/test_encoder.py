@@ -9,16 +9,7 @@ from hypothesis import strategies as st
 
 from fmu_models.base.errors import StickslipError
 from rig_io.logs.log import Experiment, InstrumentCalibrations, RigConstants, RigLog
-from rig_io.sensors import (
-    Encoder,
-    drive_speed,
-    edges,
-    encoder_angle,
-    encoder_edges,
-    velocity_by_count,
-    velocity_mid_interval,
-    velocity_real_time_period,
-)
+from rig_io.sensors import Encoder, drive_speed, edges, velocity_mid_interval
 from rig_io.sensors.motion import Motion
 
 TICKS = 0.001 * np.arange(2001)
@@ -74,9 +65,10 @@ def test_what_the_encoder_says_is_true_within_a_pitch(
     encoder = Encoder(quadrature=quadrature, line_error=line_error)
     motion = harmonic(amplitude, frequency, offset)
     log, pitch = seen(motion, encoder, seed), encoder.calibration.pitch
-    assert np.abs(encoder_angle(log) - motion.angle_at(TICKS)).max() <= pitch * (1 + line_error)
-    time, angle = encoder_edges(log)
-    error = angle - motion.angle_at(time)
+    counted = pitch * log.column("encoder_count")
+    assert np.abs(counted - motion.angle_at(TICKS)).max() <= pitch * (1 + line_error)
+    found = edges(log)
+    error = found.angle - motion.angle_at(found.time)
     # one shift common to all edges, line errors, and the way within a clock period, either way
     clock = 1e-6 * 2 * np.pi * frequency * amplitude
     assert error.size == 0 or np.abs(error).max() <= pitch * (0.5 + line_error) + clock + 1e-12
@@ -106,8 +98,7 @@ def test_count_before_the_first_edge_and_after_a_whole_turn() -> None:
     assert log.column("encoder_edge_time")[0] == 0.0
     np.testing.assert_array_equal(log.column("encoder_count")[[1000, 2000]], [1000, 2000])
     still = seen(Motion(np.array([0.0, 2.0]), np.array([0.1, 0.1]), np.zeros(2)), encoder)
-    assert np.ptp(still.column("encoder_count")) == 0 and encoder_edges(still)[0].size == 0
-    np.testing.assert_array_equal(velocity_real_time_period(still), 0.0)
+    assert np.ptp(still.column("encoder_count")) == 0 and edges(still).time.size == 0
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -118,11 +109,6 @@ def test_speeds_of_an_even_turn(sign: int) -> None:
     np.testing.assert_allclose(speed, sign * 1.3, rtol=3e-4)
     found = edges(log)
     np.testing.assert_allclose(time, 0.5 * (found.time[1:] + found.time[:-1]))
-    np.testing.assert_allclose(velocity_real_time_period(log)[200:], sign * 1.3, rtol=3e-4)
-    counted = velocity_by_count(log)
-    assert np.isnan(counted[:10]).all()
-    # one edge more or less in 10 ms
-    assert np.abs(counted[10:] - sign * 1.3).max() < 2 * np.pi / 1000 / 0.010
 
 
 def test_mid_interval_speeds_are_second_order_and_leave_reversals_out() -> None:
@@ -142,7 +128,7 @@ def test_mid_interval_speeds_are_second_order_and_leave_reversals_out() -> None:
 
 
 def _gaps(log: RigLog) -> tuple[np.ndarray, np.ndarray]:
-    time = encoder_edges(log)[0]
+    time = edges(log).time
     return 0.5 * (time[1:] + time[:-1]), np.diff(time)
 
 
@@ -172,8 +158,8 @@ def test_without_edge_times_an_edge_lies_between_its_ticks() -> None:
     bare = RigLog(
         "x", TICKS, {"encoder_count": full.column("encoder_count")}, {}, RigConstants(), full.calibration, Experiment()
     )
-    np.testing.assert_allclose(encoder_edges(bare)[0], encoder_edges(full)[0], atol=0.5001e-3)
-    np.testing.assert_array_equal(encoder_edges(bare)[1], encoder_edges(full)[1])
+    np.testing.assert_allclose(edges(bare).time, edges(full).time, atol=0.5001e-3)
+    np.testing.assert_array_equal(edges(bare).angle, edges(full).angle)
 
 
 def test_drive_speed_from_encoder_or_column_or_a_clear_error() -> None:
@@ -188,5 +174,3 @@ def test_drive_speed_from_encoder_or_column_or_a_clear_error() -> None:
     np.testing.assert_array_equal(drive_speed(with_column)[1], TICKS)
     with pytest.raises(StickslipError, match="how disc 1 turned"):
         drive_speed(log, 1)
-    with pytest.raises(StickslipError, match="A window of 1e-05 s holds 0 samples"):
-        velocity_by_count(seen_drive, window=1e-5)

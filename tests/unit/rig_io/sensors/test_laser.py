@@ -9,7 +9,7 @@ import pytest
 
 from fmu_models.base.errors import StickslipError
 from rig_io.logs.log import Experiment, InstrumentCalibrations, RigConstants, RigLog, StatedQuantity
-from rig_io.sensors import Laser, disc_angle, laser_angle, laser_clipped
+from rig_io.sensors import Laser, laser_angle, laser_clipped
 from rig_io.sensors.motion import Motion
 
 TICKS = 0.001 * np.arange(4001)
@@ -56,7 +56,7 @@ def test_the_gain_error_belongs_to_the_specimen() -> None:
 def test_latency_is_stated_and_taken_off_the_times() -> None:
     log = seen(replace(IDEAL, latency=0.004))
     assert log.calibration.need("laser").latency == 0.004
-    time, angle = disc_angle(log)
+    time, angle = log.time - log.calibration.need("laser").latency, laser_angle(log)
     inside = time >= 0
     np.testing.assert_allclose(angle[inside], 0.3 * np.sin(7 * time[inside]), atol=1e-9)
 

@@ -138,8 +138,11 @@ def with_spread(fit: FrictionFit, contest: Contest) -> FrictionFit:
         least, every = mine[1] if contest.torn else 0.0, np.array([*present.values()])
         deviation = _spread(parameter, mine, every, share / share.sum(), least) if share.any() else None
         parameters.append(replace(parameter, law_deviation=deviation))
+    speeds = fit.free.speed if fit.free else np.zeros(0)
+    curves = {name: tuple(one.law.value(speeds, one.values).tolist()) for name, one in contest.laws.items()}
     rivals = tuple(
-        RivalLaw(name, float(weights[name]), float(contest.lead[name]), seen.get(name, {})) for name in names
+        RivalLaw(name, float(weights[name]), float(contest.lead[name]), seen.get(name, {}), curves[name])
+        for name in names
     )
     fit = replace(fit, parameters=tuple(parameters), rivals=rivals)
     if not (added := _better_law(contest)):

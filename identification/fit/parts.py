@@ -149,9 +149,11 @@ class Cause(Shown):
 @dataclass(frozen=True)
 class RivalLaw(Shown):
     """A law on the same evidence, that of the fit among them. weight: by BIC; lead: by which its BIC exceeds the least;
-    values: what it makes of the parameters of the fit, those that mean the same in it."""
+    values: what it makes of the parameters of the fit, those that mean the same in it; curve: friction coefficient at
+    the speeds of the free curve, nothing where there is none."""
 
     law: str
     weight: float
     lead: float
     values: Mapping[str, float]
+    curve: tuple[float, ...] = ()

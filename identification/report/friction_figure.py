@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 # colours of Okabe and Ito, told apart by colour-blind readers
 MARKS = ("o", "^", "s", "D", "v", "P", "X", "<", ">")
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#777777", "#f0e442")
+RIVALS = (":", "-.", (0, (6, 2)), (0, (1, 3)))  # lines of laws that were judged beside
 SHOWN = 400  # marks per log: more hide each other
 RUG = 5  # of samples, one is marked on the axis of slip speeds
 WIDE = 100  # letters of a line of the title
@@ -70,6 +71,10 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
     below.axhline(0.0, color="black", linewidth=1.2)
     if fit.free:
         _draw_free(above, below, fit.free, law)
+        for number, rival in enumerate(rival for rival in fit.rivals if rival.curve and rival.law != fit.law):
+            style = {"linestyle": RIVALS[number % len(RIVALS)], "color": "#555555", "linewidth": 1.0, "zorder": 6}
+            above.plot(fit.free.speed, rival.curve, label=f"{rival.law}, weight {rival.weight:.2g}", **style)
+            below.plot(fit.free.speed, rival.curve - law(fit.free.speed), **style)
         above.plot(
             samples.slip[::RUG], 0 * samples.slip[::RUG], "|", color="#a04070", transform=above.get_xaxis_transform()
         )

@@ -15,10 +15,12 @@ from identification.fit.fit import fit_friction
 from identification.fit.law_spread import Contest, by_residuals, with_spread
 from identification.fit.result import FrictionFit
 from identification.fit.rivals import fit_rivals
+from identification.fit.samples import samples_by_disc
 from identification.free_friction.evidence import SeenLaw
 from identification.laws import find_law, slip_laws
 from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
+from identification.report.friction_figure import friction_figure
 from rig_io.bench.emulation import Disc, Emulation
 from rig_io.bench.emulator import emulate
 from rig_io.bench.materials import Material
@@ -152,3 +154,16 @@ def test_a_law_that_begins_at_its_least_sum_is_not_searched(exponential: Pool) -
     assert not np.array_equal(searched.solution.values, off)
     # the search stops in a flat valley, above the least sum
     assert stayed.sum <= searched.sum < 1.01 * stayed.sum
+
+
+def test_laws_that_were_judged_are_drawn_beside_the_curve(exponential: Pool) -> None:
+    fit = fit_friction(exponential, estimator="weak-form", disturbances="none")
+    others = [one for one in fit.rivals if one.law != fit.law]
+    assert fit.free is not None and others
+    axes = friction_figure(fit, samples_by_disc(fit, exponential)).axes[0]
+    drawn = {line.get_label(): np.asarray(line.get_ydata()) for line in axes.get_lines()}
+    inside = fit.free.speed >= fit.free.least
+    for one in others:
+        curve = drawn[f"{one.law}, weight {one.weight:.2g}"][inside]
+        np.testing.assert_allclose(curve, fit.free.coefficient[inside], rtol=0.1)
+    assert FrictionFit.from_json(fit.to_json()).rivals == fit.rivals

@@ -64,6 +64,18 @@ def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = Fal
             raise StickslipError(f"'{path}' exists already. {OVERWRITE}")
 
 
+def checked_page(path: str | os.PathLike[str], *, overwrite: bool) -> Path:
+    """The path, if a page can be written there; before the work.
+
+    Raises:
+        StickslipError: another suffix; or it exists and ``overwrite`` is false.
+    """
+    if Path(path).suffix.lower() not in (".html", ".htm"):
+        raise StickslipError(f"'{path}' is to be a page: end it in .html.")
+    refuse_existing(path, overwrite=overwrite)
+    return Path(path)
+
+
 @contextmanager
 def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Iterator[Path]:
     """Yield a path in a temporary folder beside ``path``; rename it to ``path`` on success, remove it on failure.

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
+from fmu_models.base.files import checked_page
 from fmu_models.commands.arguments import NAMED
 
 
@@ -36,7 +37,6 @@ def explore(
 
     Example: stickslip explore disc_rig --contacts disc0
     """
-    from fmu_models.explorer.page import checked_page
     from fmu_models.explorer.page import explore as made
 
     target = checked_page(path or Path(f"{Path(model).stem.partition(':')[0]}.html"), overwrite=overwrite)

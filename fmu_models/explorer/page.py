@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import refuse_existing, write_whole
+from fmu_models.base.files import checked_page, write_whole
 from fmu_models.explorer.bundle import WEB, framed, single_file
 from fmu_models.explorer.description import describe
 from fmu_models.explorer.module import wasm
@@ -73,15 +73,6 @@ class Explorer:
         with write_whole(target, overwrite=overwrite) as temporary:
             temporary.write_text(self.html, "utf-8")
         return target
-
-
-def checked_page(path: str | os.PathLike[str], *, overwrite: bool) -> Path:
-    """The path, if a page can be written there; before the work."""
-    target = Path(path)
-    if target.suffix.lower() != ".html":
-        raise StickslipError(f"'{target.name}' is a page; end it in .html.")
-    refuse_existing(target, overwrite=overwrite)
-    return target
 
 
 def explore(

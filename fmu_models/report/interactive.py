@@ -18,7 +18,7 @@ from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import write_whole
+from fmu_models.base.files import checked_page, write_whole
 from fmu_models.base.shown import Pictured
 from fmu_models.report.views import SWEEPS, UNLABELLED, attractors_of, classes_of, colours_of
 
@@ -54,9 +54,7 @@ def check_page(path: str | os.PathLike[str]) -> Path:
     Raises:
         StickslipError: another suffix than .html, or plotly is not installed.
     """
-    target = Path(path)
-    if target.suffix.lower() != ".html":
-        raise StickslipError(f"'{target.name}' is a page; end it in .html.")
+    target = checked_page(path, overwrite=True)
     if importlib.util.find_spec("plotly") is None:
         raise StickslipError("plotly is not installed. Install it: pip install 'stickslip[interactive]'")
     return target

@@ -80,7 +80,6 @@ class FmuSection(FmuPoints):
         return self.backend.how
 
     def at(self, **values: float) -> Self:
-        """The same section with other values of parameters or inputs."""
         section = super().at(**values)
         section.backend = self.backend.fresh()
         return section
@@ -120,7 +119,6 @@ class FmuSection(FmuPoints):
         return super().along(points, varied)
 
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
-        """The rows of some jobs; ends soon where ``stop`` (1,) is set."""
         return self.backend.run(self, jobs, stop)
 
     def _connect(self) -> None:

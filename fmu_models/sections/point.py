@@ -72,7 +72,6 @@ class FmuPoints(SectionSystem):
 
     @property
     def name(self) -> str:
-        """Name of the model."""
         return str(self.fmu.description.modelName)
 
     @cached_property
@@ -92,7 +91,6 @@ class FmuPoints(SectionSystem):
 
     @cached_property
     def states(self) -> tuple[str, ...]:  # type: ignore[override] # computed once, as all below that are cached
-        """Names of the numbers of a point."""
         return tuple(name for name, _ in self.columns)
 
     @property

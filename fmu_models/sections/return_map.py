@@ -76,7 +76,6 @@ class ReturnMap(SectionSystem):
 
     @property
     def name(self) -> str:
-        """Name of the model."""
         return str(self.fmu.description.modelName)
 
     @property

@@ -6,8 +6,7 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import refuse_existing
+from fmu_models.base.files import checked_page
 from identification.commands.calibrations import report_calibration
 from identification.commands.fits import FitFile, say_report
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
@@ -51,9 +50,7 @@ def report(
     from identification.machines.machine_fit import is_machine_fit
     from identification.report.findings import findings
 
-    if output.suffix.lower() not in (".html", ".htm"):
-        raise StickslipError(f"'{output}' is to be a page: end it in .html.")
-    refuse_existing(output, overwrite=overwrite)
+    checked_page(output, overwrite=overwrite)
     if is_calibration(fitted):
         refuse("any model", "a rig or a machine", {"set": settings, "repair": repair, "reader": reader})
         report_calibration(fitted, logs, output, machine, interactive, overwrite, json)

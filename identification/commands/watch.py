@@ -13,7 +13,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import existing
+from fmu_models.base.files import checked_page, existing
 from fmu_models.base.printable import printable_json
 from identification.inference.defaults import ESTIMATOR, LAW
 
@@ -49,8 +49,8 @@ def watch(
     file = state or folder / STATE
     if not file.exists():  # one that was watched may come back
         existing(folder, "folder of logs")
-    if page is not None and page.suffix.lower() not in (".html", ".htm"):
-        raise StickslipError(f"'{page}' is to be a page: end it in .html.")
+    if page is not None:
+        checked_page(page, overwrite=True)
     known = _begun(file, law, estimator)
     try:
         known = _watch(folder, known, file, page, (interval, rest), once, json)

@@ -113,7 +113,6 @@ class Charted(FitProblem):
         return last[0]
 
     def resampled(self, clusters: np.ndarray) -> Charted:
-        """As in `Problem`."""
         return Charted(self.problem.resampled(clusters), self.bends)
 
 

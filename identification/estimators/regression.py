@@ -194,7 +194,6 @@ class RegressionProblem(FrictionProblem):
         return equations.disturbed(self.law, self.terms, x)[0] if self.terms else equations.model(self.law, x)
 
     def resampled(self, clusters: np.ndarray) -> RegressionProblem:
-        """As in `Problem`."""
         rebuild = self.rebuild
         rebuilt = None if rebuild is None else lambda moved: rebuild(moved).of(clusters)
         return replace(self, regression=self.regression.of(clusters), rebuild=rebuilt)

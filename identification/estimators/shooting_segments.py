@@ -140,7 +140,6 @@ class ShootingProblem(FrictionProblem):
         return [np.concatenate(piece) for piece in zip(*pieces, strict=True)]
 
     def resampled(self, clusters: np.ndarray) -> ShootingProblem:
-        """As in `Problem`."""
         chosen = [(segment.of(clusters), start) for segment, start in zip(self.segments, self.starts, strict=True)]
         used = [(segment, start) for segment, start in chosen if segment is not None]
         return replace(

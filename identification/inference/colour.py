@@ -83,7 +83,6 @@ class Whitened(FitProblem):
         return False
 
     def start(self) -> np.ndarray:
-        """The start of the problem."""
         return self.problem.start()
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
@@ -96,7 +95,6 @@ class Whitened(FitProblem):
         return replace(evaluation, residual=residual, gradient=gradient)
 
     def resampled(self, clusters: np.ndarray) -> Whitened:
-        """As in `Problem`."""
         return replace(self, problem=self.problem.resampled(clusters))
 
 

@@ -179,7 +179,6 @@ class Held(FitProblem):
         return replace(evaluation, gradient=evaluation.gradient[:, self.free])
 
     def resampled(self, clusters: np.ndarray) -> Held:
-        """As in `Problem`."""
         return replace(self, problem=self.problem.resampled(clusters))
 
 

@@ -37,7 +37,6 @@ class JointLaw(FittableLaw):
     arrangement: Arrangement
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As in `FittableLaw`."""
         return _again, (self.single, self.arrangement, self.parameters)
 
     def start(self, v: np.ndarray, mu: np.ndarray) -> np.ndarray:

@@ -247,7 +247,6 @@ class SummedFriction(DryFriction):
     summands: tuple[tuple[Parameter, Shape], ...]
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
-        """Friction force along positive slip, N."""
         return -sum((parameter * shape(slip, sign) for parameter, shape in self.summands), sympy.S.Zero)
 
     def towards(self, speed: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:

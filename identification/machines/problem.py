@@ -84,7 +84,6 @@ class MachineProblem(FitProblem):
         return Evaluation(residual, gradient, self.cluster, log, np.abs(self.rows.speed))
 
     def resampled(self, clusters: np.ndarray) -> MachineProblem:
-        """As in `Problem`."""
         places = [np.flatnonzero(self.cluster == label) for label in clusters]
         labels = np.repeat(np.arange(len(places)), [len(rows) for rows in places])
         taken = np.concatenate(places)

@@ -47,7 +47,6 @@ class CalibrationFindings(Findings):
     notes: Sequence[str] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """The data of the report, plain values."""
         return {
             "calibration": self.calibration.to_dict(),
             "logs": [log.to_dict() for log in self.followed],

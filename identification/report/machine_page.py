@@ -30,7 +30,6 @@ class MachineFindings(Findings):
     notes: Sequence[str]
 
     def to_dict(self) -> dict[str, Any]:
-        """The data of the report, plain values."""
         runs = [run.to_dict() for run in self.runs]
         return {"fit": self.fit.to_dict(), "runs": runs, "notes": list(self.notes)}
 
@@ -47,7 +46,6 @@ class MachineFindings(Findings):
         return machine_citations(self.fit)
 
     def summary(self) -> list[str]:
-        """What was found and how far it can be trusted, in sentences."""
         fit = self.fit
         worst = max(
             fit.parameters, key=lambda parameter: parameter.standard_deviation / max(abs(parameter.value), 1e-300)

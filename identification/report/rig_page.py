@@ -46,7 +46,6 @@ class RigFindings(Findings):
     notes: Sequence[str] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """The data of the report, plain values."""
         return {
             "fit": self.fit.to_dict(),
             "families": [family.to_dict() for family in self.families],

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rig_io.logs.guarded import Channel, Channels, fits, need, table_of
-from rig_io.logs.stamps import DAY, NANO
+from rig_io.logs.stamps import seconds
 from rig_io.logs.table import Reader, Table
 
 if TYPE_CHECKING:
@@ -38,10 +38,9 @@ def channels(path: str) -> Channels:
         name = _free(field.name, {channel.name for channel in collected} | set(left_out))
         if pyarrow.types.is_timestamp(field.type):
             at = column.cast(pyarrow.timestamp("ns")).to_numpy().astype("datetime64[ns]").astype(np.int64)
-            midnight = int(at[0] // int(DAY / NANO) * int(DAY / NANO)) if len(at) else 0
-            zone = "+00:00" if field.type.tz else ""
-            start = str(np.datetime64(midnight, "ns"))[:19] + zone
-            collected.append(Channel(name, (at - midnight) * NANO, "s"))
+            times, first = seconds(at, "date and time", bool(field.type.tz))
+            start = first.isoformat() if first else ""
+            collected.append(Channel(name, times, "s"))
             stamps.append(name)
             continue
         if pyarrow.types.is_decimal(field.type):

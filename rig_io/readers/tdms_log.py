@@ -8,7 +8,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from rig_io.logs.guarded import Channel, Channels, fits, need, of_one_length, table_of
-from rig_io.logs.stamps import DAY, NANO
+from rig_io.logs.stamps import NANO, seconds
 from rig_io.logs.table import Reader, Table
 
 TIME = "time"
@@ -45,9 +45,8 @@ def channels(path: str, group: str = "") -> Channels:
         for channel in groups[group or next(iter(groups))].channels():
             values = channel[:]
             if values.dtype.kind == "M":
-                at = values.astype("datetime64[ns]").astype(np.int64)
-                midnight = int(at[0] // int(DAY / NANO) * int(DAY / NANO))
-                values, origin = (at - midnight) * NANO, str(np.datetime64(midnight, "ns"))[:19] + "+00:00"
+                values, first = seconds(values.astype("datetime64[ns]").astype(np.int64), "date and time", True)
+                origin = first.isoformat() if first else ""
                 stamps.append(channel.name)
                 collected.append(Channel(channel.name, values, "s"))
             elif fits(channel.name, values, left_out):

@@ -17,10 +17,11 @@ import sympy
 from quick_export import QUICK
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import checked_page
 from fmu_models.codegen.package import export, export_map
 from fmu_models.explorer import module
 from fmu_models.explorer.description import describe
-from fmu_models.explorer.page import Explorer, checked_page, explore
+from fmu_models.explorer.page import Explorer, explore
 from fmu_models.explorer.subject import subject_of
 from fmu_models.fmu.load import load
 from fmu_models.language.contacts import Friction

@@ -80,12 +80,13 @@ class _Descent:
     def lower(self, damping: float) -> float:
         """Go on by the best of the steps that are tried, from ``damping`` on. Returns the damping to begin with at the
         next gradient, beyond `MOST` if no step lowers the loss."""
-        factors, damping = self._factors(), max(damping, LEAST)
+        factors, damping, least = self._factors(), max(damping, LEAST), LEAST
         while damping <= MOST:
-            x, damping = self._best(factors, damping)
+            x, damping = self._best(factors, damping, least)
             if damping > MOST or self._evaluate(x):
                 break
-            damping *= FACTOR**2
+            # residuals with their gradient may differ in the last digits: a smaller damping would end there again
+            damping = least = damping * FACTOR**2
         return damping
 
     def _factors(self) -> _Factors:
@@ -100,14 +101,14 @@ class _Descent:
         bounds = (self.low - self.x) * scale, (self.high - self.x) * scale
         return _Factors(weights, rows, scale, basis, triangle, np.linalg.svd(triangle), *bounds)
 
-    def _best(self, factors: _Factors, damping: float) -> tuple[np.ndarray, float]:
-        """Where the best of the steps leads to, and its damping."""
-        best, least, used, rising = self.x, self.cost, np.inf, False
-        while LEAST <= damping <= MOST:
+    def _best(self, factors: _Factors, damping: float, least: float) -> tuple[np.ndarray, float]:
+        """Where the best of the steps of at least some damping leads to, and its damping."""
+        best, cost, used, rising = self.x, self.cost, np.inf, False
+        while least <= damping <= MOST:
             x = self._bent(factors, damping)
             lower = False
-            if x is not None and (cost := self._cost(self.problem.residual(x), x)) < least:
-                best, least, used, lower = x, cost, damping, True
+            if x is not None and (here := self._cost(self.problem.residual(x), x)) < cost:
+                best, cost, used, lower = x, here, damping, True
             if lower and not rising:
                 damping /= FACTOR
             elif best is self.x:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -128,3 +128,20 @@ def test_it_ends_after_as_many_gradients_as_allowed():
     problem = valley(FREE, FREE)
     found = levenberg(problem, np.array([-1.2, 1.0]), tolerance=1e-10, evaluations=3)
     assert problem.calls["evaluate"] == 3 and not found.converged
+
+
+class Coarse(Counted):
+    """Whose residuals are larger where their gradient is made too, after the first time."""
+
+    def evaluate(self, x: np.ndarray) -> Evaluation:
+        here = super().evaluate(x)
+        if self.calls["evaluate"] > 100:
+            raise RuntimeError("goes on for ever")
+        return replace(here, residual=here.residual * (1.5 if self.calls["evaluate"] > 1 else 1.0))
+
+
+def test_a_loss_that_is_lower_without_its_gradient_alone_ends_the_search():
+    unknowns = (Unknown("x", "1"),)
+    problem = Coarse(lambda x: np.array([x[0] - 1.0, x[0] + 1.0]), lambda x: np.ones((2, 1)), unknowns)
+    found = levenberg(problem, np.array([0.5]), tolerance=1e-9, evaluations=200)
+    assert found.values[0] == 0.5 and problem.calls["evaluate"] < 20

@@ -3,6 +3,7 @@
 import gc
 import os
 import signal
+import sys
 
 INTERRUPTED = 130  # as in console.py, whose libraries are not there yet
 
@@ -14,12 +15,14 @@ def main() -> None:
         signal.signal(signal.SIGINT, _leave)
     gc.disable()  # what is imported stays: nothing to collect
     # imported here and not above, where an interrupt could not be answered
+    from fmu_models.base import console
     from identification.commands import application
 
+    asked = application.only(sys.argv[1:])
     gc.enable()
     if ours:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    application.run()
+    console.run(asked)
 
 
 def _leave(*_: object) -> None:

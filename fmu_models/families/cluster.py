@@ -42,7 +42,6 @@ class Cluster:
         except TimeoutError as error:
             self._client.close()
             raise StickslipError(f"The scheduler has no workers. Start some: dask worker {address}") from error
-        self._executor = self._client.get_executor()
         self._parcel, fmus = packed(system)
         # tasks of their own, not scattered data: those are gone with the workers that hold them
         self._fmus = [self._client.submit(bytes, fmu.path.read_bytes(), key=f"fmu-{fmu.sha256}") for fmu in fmus]
@@ -54,11 +53,34 @@ class Cluster:
 
     def submit(self, jobs: Jobs) -> Future[RunRows]:
         """Have a chunk made."""
-        return self._executor.submit(run_part, version(), self._parcel, jobs, *self._fmus)
+        return _Far(self._client.submit(run_part, version(), self._parcel, jobs, *self._fmus, pure=False))
 
     def close(self) -> None:
         """Disconnect."""
         self._client.close()
+
+
+class _Far(Future[RunRows]):
+    """A chunk that a worker makes, anew if that worker is lost. Dask's own executor takes the rows of a worker that was
+    lost just then for an error."""
+
+    def __init__(self, there: Any) -> None:
+        super().__init__()
+        self._there = there
+        there.add_done_callback(self._arrived)
+
+    def _arrived(self, there: Any) -> None:
+        if not self.set_running_or_notify_cancel():
+            return
+        try:
+            self.set_result(there.result())
+        except BaseException as error:
+            self.set_exception(error)
+
+    def cancel(self) -> bool:
+        """Here and there."""
+        self._there.cancel()
+        return super().cancel()
 
 
 def run_part(made_by: str, parcel: bytes, jobs: Jobs, *fmus: bytes) -> RunRows:

@@ -2,7 +2,6 @@
 
 import ast
 import os
-import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.util import find_spec
@@ -102,8 +101,3 @@ def only(arguments: Sequence[str]) -> typer.Typer:
 
     texts = summaries()
     return _made((*COMMANDS, *texts), lambda name: _listed(name, texts))
-
-
-def run() -> None:
-    """Run it, and end the process."""
-    console.run(only(sys.argv[1:]))

@@ -101,8 +101,11 @@ def test_a_trajectory_that_does_not_fit(tmp_path: Path) -> None:
         assert isinstance(time, h5py.Dataset) and np.array_equal(time[:], run.time)
 
 
-@pytest.mark.parametrize("module", ["typer", "fmu_models.commands.models", "rig_io.commands.emulate"])
-def test_an_interrupt_while_the_command_is_imported(module: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("module", "asked"),
+    [("typer", "models"), ("fmu_models.commands.models", "models"), ("rig_io.commands.emulate", "emulate")],
+)
+def test_an_interrupt_while_the_command_is_imported(module: str, asked: str, tmp_path: Path) -> None:
     """It comes as this module is about to be imported."""
     interrupting = (
         "import os, signal, sys\n"
@@ -113,7 +116,7 @@ def test_an_interrupt_while_the_command_is_imported(module: str, tmp_path: Path)
         "sys.meta_path.insert(0, Interrupting())\n"
         "main()\n"
     )
-    assert_one_line(command("models", folder=tmp_path, call=interrupting), 130)
+    assert_one_line(command(asked, folder=tmp_path, call=interrupting), 130)
 
 
 @pytest.mark.parametrize("damage", [lambda data: data[:5000], lambda data: data[:900] + b"\0\0\0" + data[903:]])

@@ -154,9 +154,12 @@ class Search:
             return minima
         count = max(round(LONGER * len(nodes.states) / logs), 1)
         plan = replace(plan, segments=count, progress=lambda _: None, execution=replace(plan.execution, store=None))
-        again = Search(self.trials.free_run, self.free, plan)
-        with again.runner:
-            return best_first((*minima, *again.minima()))
+        try:
+            again = Search(self.trials.free_run, self.free, plan)
+            with again.runner:
+                return best_first((*minima, *again.minima()))
+        except KeyboardInterrupt:
+            return replace(best, interrupted=True), *others
 
     def _descended(self, rows: Sequence[np.ndarray], before: Sequence[Minimum] = ()) -> tuple[Minimum, ...]:
         """Minima ``before``, and those from some rows, taken in order until there is nothing more to be looked for."""

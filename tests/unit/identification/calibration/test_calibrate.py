@@ -200,6 +200,22 @@ def test_an_interrupt_keeps_the_best_so_far(belt):
     assert found.residuals[0].rms < 20 * NOISE
 
 
+def test_an_interrupt_of_segments_parted_otherwise_keeps_what_was_found(belt, monkeypatch):
+    minima, parted = Search.minima, []
+
+    def interrupted(self: Search) -> tuple[Minimum, ...]:
+        parted.append(self.plan.segments)
+        if self.plan.segments:
+            raise KeyboardInterrupt
+        return minima(self)
+
+    monkeypatch.setattr(Search, "minima", interrupted)
+    settings = {"guesses": 2, "attempts": 1, "noise": {"x": NOISE / 2}}
+    found = calibrate(belt, noisy(belt, 3, 40.0, 401), free=["k"], **settings)
+    assert parted[0] is None and parted[1] and found.interrupted
+    assert abs(found["k"].value - TRUE["k"]) < 0.01
+
+
 def test_an_interrupt_of_a_worse_search_is_said_of_the_best(belt):
     problem, _ = problem_of(belt, [model_log(noisy(belt, 3, 10.0, 101), belt)], ["k"], Settings())
     best, worse = (

@@ -191,12 +191,11 @@ def _result(
     least = minima[0].misfit
     listed = _distinct([minimum for minimum in minima if minimum.misfit <= WITHIN * least])
     names = [unknown.name for unknown in problem.unknowns[:shared]]
-    free_run = len(problem.segments) == len(problem.logs)
     sensors = {name: problem.sensor(name, solution.values) for log in problem.logs for name in log.measured}
     return Calibration(
         model=str(fmu.description.modelName),
         title=str(fmu.description.description or fmu.description.modelName),
-        method="free run" if free_run else f"run of {len(problem.segments)} segments that meet",
+        method=f"run of {len(problem.segments)} segments that meet" if problem.parted else "free run",
         logs=tuple(log.name for log in problem.logs),
         parameters=tuple(values[:shared]),
         starts=tuple(values[shared:]),

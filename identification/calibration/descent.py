@@ -66,13 +66,16 @@ class Minimum:
         """Whether there is nothing more to be looked for: the residuals are the noise, or the user wants no more."""
         return self.interrupted or self.misfit**2 < WHITE
 
+    def alike(self, other: Minimum) -> bool:
+        """Whether both leave as much."""
+        return abs(self.misfit - other.misfit) <= ALIKE * min(self.misfit, other.misfit)
+
     def near(self, other: Minimum) -> bool:
         """Whether it is the same as another one: as good, and not far off along what the logs tell least."""
         shared = self.problem.shared
         mine, others = self.solution.values[:shared], other.solution.values[:shared]
-        alike = abs(self.misfit - other.misfit) <= ALIKE * min(self.misfit, other.misfit)
         apart = np.abs(mine - others) / np.maximum(np.maximum(np.abs(mine), np.abs(others)), 1e-300)
-        return bool(alike and np.all(apart <= FAR))
+        return self.alike(other) and bool(np.all(apart <= FAR))
 
 
 def best_first(minima: Sequence[Minimum]) -> tuple[Minimum, ...]:
@@ -116,8 +119,7 @@ def with_logs(problem: SegmentProblem, logs: tuple[ModelLog, ...]) -> SegmentPro
 def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, progress: Progress) -> Minimum:
     """From one guess to a minimum: segments that come together, then the free run; where that does not follow them they
     are joined closer, and stay the result if the motion is chaotic. An interrupt ends it where it is."""
-    parted = len(problem.segments) > len(problem.logs)
-    horizon, free, stages = None, None, STAGES if parted else STAGES[:1]
+    horizon, free, stages = None, None, STAGES if problem.parted else STAGES[:1]
     try:
         for place, (loss, weight, evaluations) in enumerate(stages):
             problem = replace(problem, weight=weight)
@@ -131,7 +133,7 @@ def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, pr
                 misfit = Minimum(problem, ended, horizon).misfit
                 if free is None or misfit < (1 - ALIKE) * free.misfit:
                     free = _polished(problem, x, free_run, horizon)
-                if not parted or free.misfit < FOLLOWS * misfit:
+                if not problem.parted or free.misfit < FOLLOWS * misfit:
                     return free
     except KeyboardInterrupt:
         return Minimum(problem, _at(problem, x), horizon, True)
@@ -186,7 +188,7 @@ def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:
 
 def _horizon(problem: SegmentProblem, x: np.ndarray) -> float | None:
     """s after which noise has grown as large as the motion, where it is so at the end of a log; else None."""
-    if len(problem.segments) <= len(problem.logs):
+    if not problem.parted:
         return None
     least = min(
         sd / max(float(np.std(problem.logs[n].observed[name])), 1e-300) for (n, name), sd in problem.noise.items()

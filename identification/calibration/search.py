@@ -148,11 +148,10 @@ class Search:
         free runs that leave as much are what the model can do."""
         plan, nodes, (best, *others) = self.plan, self.trials.nodes, minima
         assert nodes is not None
-        logs = len(self.trials.light.logs)
-        alike = any(other.misfit <= (1 + ALIKE) * best.misfit for other in others)
-        if best.arrived or plan.segments or (alike and len(best.problem.segments) == logs):
+        agreed = not best.problem.parted and any(best.alike(other) for other in others)
+        if best.arrived or plan.segments or agreed:
             return minima
-        count = max(round(LONGER * len(nodes.states) / logs), 1)
+        count = max(round(LONGER * len(nodes.states) / len(self.trials.light.logs)), 1)
         plan = replace(plan, segments=count, progress=lambda _: None, execution=replace(plan.execution, store=None))
         try:
             again = Search(self.trials.free_run, self.free, plan)

@@ -68,6 +68,11 @@ class Segmented:
     weight: float = 1.0
 
     @property
+    def parted(self) -> bool:
+        """Whether a log has several segments; else it is the free run."""
+        return len(self.segments) > len(self.logs)
+
+    @property
     def shared(self) -> int:
         """How many unknowns, the first, are no start states."""
         return len(self.unknowns) - int(np.count_nonzero(self.starts >= 0))

@@ -26,13 +26,14 @@ from identification.estimators.segment_runs import ShootingSegment
 from identification.free_friction.curve import LOST, OFF, TAUS, Gram, Known, Least, begun, curve_of, settled, slips_of
 from identification.free_friction.evidence import Evidence
 from identification.free_friction.result import COEFFICIENTS, FreeFriction
-from identification.free_friction.slips import WRONG, Guess, Slips
+from identification.free_friction.slips import AHEAD, WRONG, YIELDS, Guess, Slips
 from identification.inference.uncertainty import autocorrelation
 from identification.measurement.pooled import Pool
 
 ASTRAY = 4.0  # times the squares of the noise: slips that even an unexplained torque does not follow
 GAIN = 3.0  # of ln L, beyond what a candidate costs
 BESIDE = 200.0  # of 2 ln L, that an explanation adds which leaves something unexplained: less is the best of a list
+MICRO_SLIP = "micro-slip"  # of a contact that gives way in stick, as the fit says anyway
 COLOURED = 4.0  # standard deviations of the correlation of neighbours, by which what is left is no noise
 PRICE = 1.5  # of ln L, of a torque that nothing explains
 PAIRED = 7  # of single candidates, whose pairs are tried
@@ -80,8 +81,8 @@ def contest(
     """
     if len(ready.contacts) != 1 or not ready.seen_well:
         return None
-    field = _Field.of(ready, named)
     bare, samples = slips_of(ready, segments), sum(len(segment.time) for segment in segments)
+    field = _Field.of(ready, named, bare.soft > 0)
     with np.errstate(all="ignore"):  # a search from far off may try what no motion follows
         guess = begun(bare)
         misfit = bare.squares(guess) / samples
@@ -130,8 +131,9 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
         if listed:  # the best of a list, no explanation
             return _verdict(bare, *first, [finding for finding in found if finding not in sought])
     wrong = {}
-    for name in (name for name in chosen if name not in field.terms):
-        for one in (name, *(one for one in table.alike(name) if one not in field.terms)):
+    constants = {name for name in field.columns if name not in field.terms} - {MICRO_SLIP}
+    for name in (name for name in chosen if name in constants):
+        for one in (name, *(one for one in table.alike(name) if one in constants)):
             off = guess.shared[name + WRONG] if one == name else table.value(one, one + WRONG, without=name)
             wrong[one] = off, float(np.sqrt(2 * max(table.lead(name), 0.0)))
     return _verdict(slips, guess, tau, sorted(found, key=lambda finding: -finding.gain), wrong)
@@ -165,8 +167,8 @@ class _Field:
     evident: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, ready: Pool, named: Sequence[str] | None) -> _Field:
-        """Of what logs can show, or of what is named."""
+    def of(cls, ready: Pool, named: Sequence[str] | None, soft: bool) -> _Field:
+        """Of what logs can show, or of what is named. soft: whether the contact gives way in stick."""
         disturbances = {name: one for name, one in ranked(named).items() if named is not None or not one.hidden(ready)}
         terms = {name: tuple(term for term in terms_of(ready, [name]) if term.cause == name) for name in disturbances}
         stated = {"gain", *(prior.name for prior in ready.priors)}
@@ -179,6 +181,7 @@ class _Field:
         }
         if named is None:
             columns |= {prior.name: (prior.name + WRONG,) for prior in ready.priors if prior.name in OFF}
+        columns |= {MICRO_SLIP: (YIELDS, AHEAD)} if soft else {}
         both = {frozenset((name, one.same_as)) for name, one in disturbances.items() if one.same_as}
         both |= {frozenset((name, one.mimics)) for name, one in disturbances.items() if one.mimics}
         return cls(columns, terms, frozenset(both), tuple(name for name, one in disturbances.items() if one.evident))

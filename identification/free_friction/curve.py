@@ -24,10 +24,11 @@ from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.segment_runs import ShootingSegment
 from identification.free_friction.at_rest import Releases
 from identification.free_friction.result import BENDS, COEFFICIENTS, FreeFriction, SpeedBasis
-from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, SlipRows, Slips
+from identification.free_friction.slips import AHEAD, MODES, STARTS, WRONG, YIELDS, Guess, SlipRows, Slips
 from identification.inference.problem import Prior
 from identification.measurement.motion import SMOOTHING
 from identification.measurement.pooled import Pool
+from identification.measurement.presliding import SOFT, presliding
 from identification.measurement.slip_segments import SlipSegment
 
 TAUS = (1e-9, 2e-4, 1e-3, 5e-3, 0.03)  # in units of the friction coefficient; the least is none
@@ -42,6 +43,7 @@ ROUGH = 0.02  # deviation of the force that sticks carried last, at first
 ROUNDS, FARTHEST, NEAR = 2, 0.05, 5e-4  # with releases: slips followed anew; steps of a coefficient, most and last
 ASTRAY = 3.0  # deviations of the row of releases, which then are not what the curve would have
 LOOSE = 1e-3  # precision of the curve's level and slope beforehand
+SOFTER = {YIELDS: 1.0, AHEAD: 5e-3}  # of a contact that gives way
 OFF = {
     "J": 0.04,
     "k": 0.04,
@@ -60,9 +62,10 @@ SIGNED = 0.2  # share of the squares of unexplained torques from which on what g
 def slips_of(ready: Pool, segments: Sequence[ShootingSegment]) -> Slips:
     """Slips of one driving disc with the constants of the rig, the laser's gain and delay, and a load cell."""
     speeds = np.concatenate([_slip_speeds(ready, segment) for segment in ready.segments])
-    terms = terms_of(ready, ())
+    terms, elastic = terms_of(ready, ()), presliding(ready, np.inf)
+    soft = elastic.compliance if elastic is not None and elastic.elastic and elastic.compliance > SOFT else 0.0
     names = (*(prior.name for prior in ready.priors), "gain", "delay", *(term.name for term in terms))
-    return Slips(ready, tuple(segments), SpeedBasis(float(speeds.max())), terms, names)
+    return Slips(ready, tuple(segments), SpeedBasis(float(speeds.max())), terms, names, soft)
 
 
 def begun(slips: Slips) -> Guess:
@@ -134,6 +137,7 @@ class Known:
         deviations = {prior.name: _relative(prior) for prior in slips.ready.priors}
         instruments = np.sqrt(np.diag(slips.ready.sensors.covariance))
         deviations |= {n: max(float(d), EXACT) for n, d in zip(("gain", "delay"), instruments, strict=True)}
+        deviations |= SOFTER
         deviations |= {name + WRONG: deviation for name, deviation in OFF.items()}
         terms = {term.name: term for term in slips.terms}
         for place, name in enumerate(slips.names, COEFFICIENTS):

@@ -101,12 +101,14 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
     chosen = field.evident if named is None else tuple(field.columns)
     every, noise = field.slips(bare, tuple(field.columns)), _neighbours(bare, guess)
 
-    def solved(guess: Guess, chosen: tuple[str, ...]) -> tuple[Slips, Guess, float, _Table]:
+    def solved(
+        guess: Guess, chosen: tuple[str, ...], near: tuple[float, float] | None = None
+    ) -> tuple[Slips, Guess, float, float, _Table]:
         slips = field.slips(bare, chosen)
-        guess, tau = settled(slips, guess)
-        return slips, guess, tau, _Table(field, every, guess, chosen)
+        guess, tau, followed = settled(slips, guess, near)
+        return slips, guess, tau, followed, _Table(field, every, guess, chosen)
 
-    slips, guess, tau, table = solved(guess, chosen)
+    slips, guess, tau, widest, table = solved(guess, chosen)
     first = guess, tau
     if named is not None and not named:
         return _verdict(slips, guess, tau)
@@ -114,13 +116,15 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
     while named is None and len(seen) <= ROUNDS and frozenset(better := table.better()) not in seen:
         seen.add(frozenset(better))
         try:
-            ahead = solved(table.moved(better), better)
+            moved, near = table.moved(better)
+            ahead = solved(moved, better, (near, widest))
             followed = ahead[0].squares(ahead[1]) < LOST * slips.squares(guess)
-            if not (followed and np.isfinite(ahead[-1].likelihood(better))):
+            # what is taken away may cost up to `GAIN`, what is added must gain where it is solved too
+            if not followed or not ahead[-1].worth(better) > table.worth(chosen) - GAIN * (len(better) < len(chosen)):
                 break
         except np.linalg.LinAlgError:  # likely to first order only: with it slips are not followed
             break
-        (slips, guess, tau, table), chosen = ahead, better
+        (slips, guess, tau, widest, table), chosen = ahead, better
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
     sought = [finding for finding in found if finding.name not in field.evident]
     if named is None and sought:
@@ -242,13 +246,13 @@ class _Table:
         values, columns = self.guess.values(self.slips.names), np.union1d(moving, held)
         return (gram.least(known, values, columns) for gram in self._grams)
 
-    def moved(self, chosen: Sequence[str]) -> Guess:
-        """The guess with a set, to first order, from where it is sought; nothing is left of what is taken away."""
-        *_, least = self._least(chosen)
+    def moved(self, chosen: Sequence[str]) -> tuple[Guess, float]:
+        """The guess with a set, to first order, and its tau; nothing is left of what is taken away."""
+        least, tau = max(zip(self._least(chosen), TAUS, strict=True), key=lambda one: one[0].likelihood)
         guess = self.guess.moved(least.step, least.local, self.slips.names)
         kept = {column for name in chosen for column in self.field.columns[name]}
         others = {column for columns in self.field.columns.values() for column in columns} - kept
-        return replace(guess, shared={name: value for name, value in guess.shared.items() if name not in others})
+        return replace(guess, shared={name: value for name, value in guess.shared.items() if name not in others}), tau
 
     def _columns(self, chosen: Iterable[str]) -> np.ndarray:
         """Of candidates, and of all that is no candidate's."""

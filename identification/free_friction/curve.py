@@ -36,7 +36,8 @@ LOUDER = (100.0, 10.0, 1.0)  # times the noise, in a search from far off
 BETWEEN = 1e-3  # on the way to the likeliest one
 LOST = 2.0  # times the squares with the widest torque, that slips have which are not followed
 EXPLAINED = 5.0  # by which ln L must be greater with a torque that no term explains
-STEPS, CUTS = 10, 6  # of a search: most steps, most cuts of one
+STEPS = 10  # of a search, at most
+DAMPED = (0.0, 1e-4, 1e-3, 0.01, 0.1, 1.0, 10.0)  # a step of it, until it gains
 LITTLE = 2e-3  # gain of the sum of squares that is not worth a step: 4 % of a deviation
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact, or of which nobody says
 ROUGH = 0.02  # deviation of the force that sticks carried last, at first
@@ -90,27 +91,35 @@ def begun(slips: Slips) -> Guess:
     return guess
 
 
-def settled(slips: Slips, guess: Guess) -> tuple[Guess, float]:
-    """The best guess, and the tau of greatest likelihood, the least where none is likelier by much.
+def settled(slips: Slips, guess: Guess, near: tuple[float, float] | None = None) -> tuple[Guess, float, float]:
+    """The best guess, the tau of greatest likelihood, the least where none is likelier by much, and the sum of squares
+    that slips have under the widest torque. near: tau and this sum, where the guess is near that of other columns.
 
     Raises:
         StickslipError: as in `ShootingProblem.run`.
     """
-    known = Known.of(slips)
-    guess = _searched(slips, known, guess, TAUS[-1])
-    rows = slips.rows(guess)
-    values = guess.values(slips.names)
-    likelihood = [Gram.of(rows, guess, tau).least(known, values).likelihood for tau in TAUS]
+    known, widest = Known.of(slips), TAUS[-1]
+    loose, followed = guess, 0.0
+    if near is not None:
+        loose, followed = _searched(slips, known, guess, near[0]), near[1]
+    if not slips.squares(loose) < LOST * followed:
+        loose = _searched(slips, known, guess, widest)
+        followed = slips.squares(loose)
+    rows = slips.rows(loose)
+    values = loose.values(slips.names)
+    likelihood = [Gram.of(rows, loose, tau).least(known, values).likelihood for tau in TAUS]
     best = int(np.argmax(likelihood))
     first = best if likelihood[best] > likelihood[0] + EXPLAINED else 0
-    followed, loose, tau = slips.squares(guess), guess, TAUS[first]
+    guess, tau, halfway = loose, TAUS[first], None
     for tau in TAUS[first:]:
-        guess = loose
-        for width in [width for width in (BETWEEN, tau) if tau <= width]:
-            guess = _searched(slips, known, guess, width)
+        if tau > BETWEEN:
+            guess = _searched(slips, known, loose, tau)
+        else:
+            halfway = halfway or _searched(slips, known, loose, BETWEEN)
+            guess = halfway if tau == BETWEEN else _searched(slips, known, halfway, tau)
         if slips.squares(guess) < LOST * followed:  # else likely to first order only
             break
-    return guess, tau
+    return guess, tau, followed
 
 
 def _slip_speeds(ready: Pool, segment: SlipSegment) -> np.ndarray:
@@ -225,8 +234,11 @@ class Gram:
             squares=self.squares + residual**2,
         )
 
-    def least(self, known: Known, values: np.ndarray, columns: np.ndarray | None = None) -> Least:
-        """With what is known beforehand, at values (m,). columns: the only ones that may move."""
+    def least(
+        self, known: Known, values: np.ndarray, columns: np.ndarray | None = None, damped: float = 0.0
+    ) -> Least:
+        """With what is known beforehand, at values (m,). columns: the only ones that may move; damped: by how much the
+        step of each is shorter than if it alone moved, after Levenberg and Marquardt."""
         some = np.arange(len(values)) if columns is None else columns
         off, precision = (values - known.mean)[some], known.precision[np.ix_(some, some)]
         hessian = self.matrix[np.ix_(some, some)] + precision
@@ -234,7 +246,7 @@ class Gram:
         scale = np.sqrt(np.diag(hessian))
         scaled = hessian / np.outer(scale, scale)
         step = np.zeros(len(values))
-        step[some] = -np.linalg.solve(scaled, gradient / scale) / scale
+        step[some] = -np.linalg.solve(scaled + damped * np.eye(len(some)), gradient / scale) / scale
         sum_of_squares = self.squares + off @ precision @ off + gradient @ step[some]
         own = some[some >= COEFFICIENTS]
         volume = float(np.linalg.slogdet(scaled)[1] + 2 * np.sum(np.log(scale)))
@@ -246,27 +258,29 @@ class Gram:
 
 
 def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
-    """Steps of Gauss and Newton, each cut to a third while it makes the sum of squares greater."""
+    """Steps of Gauss and Newton, damped while they make the sum of squares greater."""
 
     def total(guess: Guess) -> float:
         off = guess.values(slips.names) - known.mean
         within = slips.squares(guess) + float(np.sum(guess.unexplained**2)) / tau**2
         return within + float(off @ known.precision @ off)
 
-    before = total(guess)
+    before, cut = total(guess), 0
     for _ in range(STEPS):
-        best = Gram.of(slips.rows(guess), guess, tau).least(known, guess.values(slips.names))
-        if not before - best.squares > LITTLE:
+        gram, values = Gram.of(slips.rows(guess), guess, tau), guess.values(slips.names)
+        if not before - gram.least(known, values).squares > LITTLE:
             return guess
-        for cut in range(CUTS):
-            share = 3.0**-cut
-            other = guess.moved(share * best.step, share * best.local, slips.names)
+        for cut in range(max(cut - 1, 0), len(DAMPED)):
+            best = gram.least(known, values, damped=DAMPED[cut])
+            other = guess.moved(best.step, best.local, slips.names)
             after = total(other)
             if after < before:
                 break
         else:
             return guess
-        guess, before = other, after
+        gained, guess, before = before - after, other, after
+        if gained < LITTLE:
+            break
     return guess
 
 

@@ -51,7 +51,7 @@ def _hidden(ready: Pool) -> str:
 
 
 DISTURBANCE = Disturbance(
-    words="friction depends on the angle of the body (a worn or dirty place), or something pulls at the body there",
+    words="friction depends on the angle of the body (a worn or dirty place)",
     terms=_terms,
     hidden=_hidden,
     rank=2,

@@ -12,7 +12,7 @@ PULL = Effect(
     acts=SPRING,
     angular=True,
     limits=POWER.limits,
-    width=POWER.width,
+    width=lambda order: POWER.width(order) / 3,
 )
 DISTURBANCE = Disturbance(
     words="something beside the spring pulls at the body at some angles: a cable, a magnet, a stop",

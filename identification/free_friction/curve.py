@@ -234,9 +234,7 @@ class Gram:
             squares=self.squares + residual**2,
         )
 
-    def least(
-        self, known: Known, values: np.ndarray, columns: np.ndarray | None = None, damped: float = 0.0
-    ) -> Least:
+    def least(self, known: Known, values: np.ndarray, columns: np.ndarray | None = None, damped: float = 0.0) -> Least:
         """With what is known beforehand, at values (m,). columns: the only ones that may move; damped: by how much the
         step of each is shorter than if it alone moved, after Levenberg and Marquardt."""
         some = np.arange(len(values)) if columns is None else columns

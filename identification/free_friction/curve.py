@@ -263,20 +263,20 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
         within = slips.squares(guess) + float(np.sum(guess.unexplained**2)) / tau**2
         return within + float(off @ known.precision @ off)
 
-    before, cut = total(guess), 0
+    before, first = total(guess), 0
     for _ in range(STEPS):
         gram, values = Gram.of(slips.rows(guess), guess, tau), guess.values(slips.names)
         if not before - gram.least(known, values).squares > LITTLE:
             return guess
-        for cut in range(max(cut - 1, 0), len(DAMPED)):
-            best = gram.least(known, values, damped=DAMPED[cut])
+        for number, damped in enumerate(DAMPED[first:], first):
+            best = gram.least(known, values, damped=damped)
             other = guess.moved(best.step, best.local, slips.names)
             after = total(other)
             if after < before:
                 break
         else:
             return guess
-        gained, guess, before = before - after, other, after
+        gained, guess, before, first = before - after, other, after, max(number - 1, 0)
         if gained < LITTLE:
             break
     return guess

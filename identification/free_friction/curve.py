@@ -268,7 +268,7 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
         gram, values = Gram.of(slips.rows(guess), guess, tau), guess.values(slips.names)
         if not before - gram.least(known, values).squares > LITTLE:
             return guess
-        for number, damped in enumerate(DAMPED[first:], first):
+        for damped in DAMPED[first:]:
             best = gram.least(known, values, damped=damped)
             other = guess.moved(best.step, best.local, slips.names)
             after = total(other)
@@ -276,7 +276,7 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
                 break
         else:
             return guess
-        gained, guess, before, first = before - after, other, after, max(number - 1, 0)
+        gained, guess, before, first = before - after, other, after, max(DAMPED.index(damped) - 1, 0)
         if gained < LITTLE:
             break
     return guess

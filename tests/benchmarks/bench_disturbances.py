@@ -4,8 +4,9 @@ Run:  python tests/benchmarks/bench_disturbances.py [--seeds 10] [--cases clean,
 Each seed is another bench: a Conti law of its own, three drive speeds, 10 s each, and a free decay; constants drawn
 from what is stated of them. Cases that begin with "u:" are known to no estimator: a name for them is wrong. A name is
 right too where the fit says that the logs do not tell it from the right one. Printed for each case: benches fitted,
-those with exactly the right names, those with a wrong one, those on which something was left unexplained; share of 95 % intervals of mu_s, mu_k, p that hold the truth, root mean square of error over deviation;
-deviation over the bound of Cramer and Rao with what constants add, median and 90 % point; CPU time of a fit, median.
+those with exactly the right names, those with a wrong one, those on which something was left unexplained; share of 95 %
+intervals of mu_s, mu_k, p that hold the truth, root mean square of error over deviation; deviation over the bound of
+Cramer and Rao with what constants add, median and 90 % point; CPU time of a fit, median.
 """
 
 from __future__ import annotations

@@ -239,6 +239,18 @@ def design_table(design: Design) -> PrintedTable:
     return table(f"Predicted with one more log of {design.duration:g} s", columns, rows)
 
 
+def plan_table(design: Design) -> PrintedTable:
+    """The logs of a plan, with the deviations after each, and those after as many like the logs that were made."""
+    names = list(design.deviations)
+    rows: list[list[str | Cell]] = [["as it is", "", "", *(sd(design.deviations[name]) for name in names), ""]]
+    for place, one in enumerate(design.plan.logs):
+        settings = (number(one.drive_speed, ".3g"), number(one.load, ".3g"))
+        rows.append([f"log {place + 1}", *settings, *(sd(one.deviations[name]) for name in names), one.start])
+    rows.append(["repeated", "", "", *(sd(design.plan.repeated[name]) for name in names), "logs as before"])
+    columns = ("after", PrintedColumn("drive", "rad/s"), PrintedColumn("load", "N"), *(f"sd {name}" for name in names))
+    return table(f"Plan of {len(design.plan.logs)} logs of {design.duration:g} s", (*columns, "start"), rows)
+
+
 def other_fields(fit: FrictionFit) -> dict[str, Any]:
     """What a fit holds beyond the fields that have a place of their own; empty ones are left out."""
     return {

@@ -2,11 +2,11 @@
 
 A candidate (drive speed w, normal force N) is simulated with the fitted law, and the deviations with its log beside
 those fitted follow from the information of all (see `simulated_logs`). Candidates without stick-slip are refused with
-the reason. Steady sliding at a slip speed v is offered where it is stable,
+the reason. Where steady sliding at the slip speed v = r w is stable too,
 
     c + R^2 N mu'(v) > 0,
 
-which reaches slip speeds that no cycle has. Several logs are planned together: the best beside those chosen so far, one
+it is said how to begin. Several logs are planned together: the best beside those chosen so far, one
 after the other, then each changed for the best beside the rest until no change helps (Fedorov's exchange).
 
 Candidates and plans are ranked by the geometric mean of the deviations, which no unit enters. Source of the information
@@ -15,7 +15,7 @@ of an experiment and of the exchange: Fedorov (1972), Theory of Optimal Experime
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle, islice
 from typing import TYPE_CHECKING
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     import pandas
 
 SPEEDS = 20  # candidates, from half the lowest drive speed of the logs to twice the highest
-SLIDING, FASTEST = 5, 2.7  # candidates of steady sliding, from the highest drive speed of the logs to twice that, or
-# to what the drives of the rig reach, rad/s
 HOLDS = (0.3, 3.0, 30.0)  # s, two decades
 MOST = 50  # logs of a plan
 ANY, REPEATED = "as you like", "as the logs were made"
@@ -49,14 +47,13 @@ BETTER = 1e-6  # of the mean ln of the deviations: a change of the plan that hel
 
 @dataclass(frozen=True)
 class Candidate(Shown):
-    """An experiment. kind: "stick-slip" or "steady sliding"; drive_speed: rad/s, negative the other way; load: N;
+    """A log of stick-slip. drive_speed: rad/s, negative the other way; load: N;
     deviations: of each parameter, with this log beside those before; gain: share by which they fall from those of the
     fitted logs, geometric mean, 0 to 1; index: collinearity with it; greatest_slip: m/s; refused: why it is none, None
     if it is one; both: whether steady sliding is stable there too; start_angle: rad, to which the body is turned back
     to be let go on the running drive, so that it sticks and slips (0: from its rest; None: nothing that was tried leads
     there); holds: s, for which the drive is stopped now and then."""
 
-    kind: str
     drive_speed: float
     load: float
     deviations: Mapping[str, float]
@@ -69,7 +66,7 @@ class Candidate(Shown):
     holds: tuple[float, ...] = ()
 
     RECORD = (
-        *("kind", "drive_speed", "load", "deviations", "gain", "index", "greatest_slip", "refused", "both"),
+        *("drive_speed", "load", "deviations", "gain", "index", "greatest_slip", "refused", "both"),
         *("start_angle", "start", "holds"),
     )
 
@@ -82,8 +79,6 @@ class Candidate(Shown):
     def start(self) -> str:
         """How to begin, and what to do in between."""
         held = f", with holds of {', '.join(f'{hold:g}' for hold in self.holds)} s" if self.holds else ""
-        if self.kind == "steady sliding":
-            return "let the body down where it slides"
         if self.start_angle == 0 and not self.both:
             return ANY + held
         back = "" if self.start_angle is None else f", or let the body go at {self.start_angle:.2g} rad"
@@ -129,7 +124,7 @@ class Design(Tabular, Recorded):
         """A row for each candidate, best first; "sd ..." are the deviations with it."""
         import pandas
 
-        names = ("kind", "drive_speed", "load", "gain", "index", "greatest_slip", "start", "refused")
+        names = ("drive_speed", "load", "gain", "index", "greatest_slip", "start", "refused")
         return pandas.DataFrame(
             {name: getattr(candidate, name) for name in names} | _named(candidate) for candidate in self.candidates
         )
@@ -177,7 +172,7 @@ def design(
         seen: dict[tuple[float, float], SeenLog] = {}
         for number, (w, N) in enumerate(grid):
             run = runs.candidate(w, N)
-            one = forecast.candidate("stick-slip", w, N, run)
+            one = forecast.candidate(w, N, run)
             if run.refused is None:
                 seen[w, N] = run
                 both = _slides_on(fit, law, replace(rig, forces=(N,)), rig.r * w)
@@ -185,10 +180,8 @@ def design(
             results.append(one)
             if progress is not None:
                 progress((number + 1) / len(grid))
-        sliding = [(v, runs.steady(v)) for v in _sliding_speeds(fit, law, rig)]
-    results += [forecast.candidate("steady sliding", v / rig.r, rig.N, run) for v, run in sliding]
     best_first = ranked(results)
-    planned = [one for one in best_first if (one.drive_speed, one.load) in seen and one.kind == "stick-slip"]
+    planned = [one for one in best_first if (one.drive_speed, one.load) in seen]
     plan = forecast.plan(planned, [seen[one.drive_speed, one.load] for one in planned], logs)
     if _holds(fit) and plan.logs:
         slowest = min(plan.logs, key=lambda one: abs(one.drive_speed))
@@ -236,9 +229,9 @@ class _Forecast:
         """Of the drive in a planned log."""
         return self.way * (-1) ** (place + 1) if self.alternating else self.way
 
-    def candidate(self, kind: str, w: float, N: float, run: SeenLog) -> Candidate:
+    def candidate(self, w: float, N: float, run: SeenLog) -> Candidate:
         """One more log."""
-        return self._with(Candidate(kind, float(w), float(N), {}, 0.0, 0.0, run.greatest_slip, run.refused), [run])
+        return self._with(Candidate(float(w), float(N), {}, 0.0, 0.0, run.greatest_slip, run.refused), [run])
 
     def _with(self, one: Candidate, runs: Sequence[SeenLog]) -> Candidate:
         then, index = self.deviations(runs), _index(self.precision(runs))
@@ -283,14 +276,6 @@ class _Forecast:
         return Plan(tuple(logs), repeated)
 
 
-def _sliding_speeds(fit: FrictionFit, law: FittableLaw, rig: RigValues) -> Iterator[float]:
-    """Slip speeds (m/s) at which steady sliding is stable."""
-    highest = max(abs(log.drive_speeds[0]) for log in fit.logs)
-    for v in rig.r * np.geomspace(highest, max(2 * highest, FASTEST), SLIDING):
-        if _slides_on(fit, law, rig, v):
-            yield float(v)
-
-
 def _slides_on(fit: FrictionFit, law: FittableLaw, rig: RigValues, v: float) -> bool:
     """Whether steady sliding at a slip speed is stable, m/s: c + R^2 N mu'(v) > 0."""
     slope = float(np.diff(law.value(v * np.array([1 - 1e-5, 1 + 1e-5]), fit.law_values))[0]) / (2e-5 * v)
@@ -332,18 +317,11 @@ def _advice(best_first: Sequence[Candidate], now: Mapping[str, float], index: fl
         return "No candidate sticks and slips: try lower drive speeds or higher loads (--speeds, --loads)."
     best = useful[0]
     text = (
-        f"{duration:g} s more of {best.kind} at {best.drive_speed:.3g} rad/s with N = {best.load:.3g} N would help "
+        f"{duration:g} s more of stick-slip at {best.drive_speed:.3g} rad/s with N = {best.load:.3g} N would help "
         f"most: standard deviations {_falls(now, best.deviations)}; collinearity index {index:.3g} -> {best.index:.3g}."
     )
-    if best.kind == "stick-slip" and best.start != ANY:
+    if best.start != ANY:
         text += f" It may slide on there without sticking: {best.start}."
-    reached = max((c.greatest_slip for c in useful if c.kind == "stick-slip"), default=0.0)
-    steady = next((c for c in useful if c.kind == "steady sliding" and c.greatest_slip > reached), None)
-    if steady is not None and best.kind == "stick-slip":
-        text += (
-            f" No cycle reaches slip speeds above {reached:.2g} m/s; steady sliding at {steady.drive_speed:.3g} rad/s "
-            f"shows friction at {steady.greatest_slip:.2g} m/s."
-        )
     return text
 
 

@@ -15,9 +15,6 @@ a is found by asking that the fitted logs leave the deviations that the fit stat
 colour and sampling rate without a model of them (their correlation is not asked, which scatters). The logarithm of a
 deviation by a jackknife over n slips scatters by 1/sqrt(2 n) about that of white residuals, and what they differ by is
 shrunk by that much (James & Stein's positive part).
-
-Steady sliding at a slip speed v shows one angle, k theta = R N mu(v), beside the laser's zero, which is one for all of
-the log: D'D/(zero^2 + 1/(a n)).
 """
 
 from __future__ import annotations
@@ -30,7 +27,6 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.estimators.segment_runs import STARTS
-from identification.estimators.shooting_problem import ZERO_UNCERTAINTY
 from identification.fit.parts import FittedParameter
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
@@ -51,9 +47,9 @@ WIDEST = 7.0  # ln of the precision of a sample, about that without what logs sh
 
 @dataclass(frozen=True, eq=False)
 class SeenLog:
-    """What a log shows. information: (m, m) of one slip (or sample, of steady sliding) for unit precision of a sample,
-    of the law's parameters and what logs share; period, lasts: s, from one to the next, and of one; angles: rad, least
-    and greatest; greatest_slip: m/s; refused: why it is no log of stick-slip; zero: deviation that does not average."""
+    """What a log shows. information: (m, m) of one slip for unit precision of a sample, of the law's parameters and of
+    what logs share; period, lasts: s, from one slip to the next, and of one; angles: rad, least and greatest;
+    greatest_slip: m/s; refused: why it is no log of stick-slip."""
 
     information: np.ndarray
     greatest_slip: float
@@ -61,12 +57,10 @@ class SeenLog:
     period: float = 1.0
     lasts: float = 0.0
     angles: tuple[float, float] = (0.0, 0.0)
-    zero: float = 0.0
 
     def over(self, duration: float, precision: float) -> np.ndarray:
         """Information (m, m) of a log of ``duration`` s."""
-        sum_ = precision * max(duration - CUT * self.lasts, 0.0) / self.period
-        return self.information * sum_ / (1 + self.zero**2 * sum_)
+        return self.information * precision * max(duration - CUT * self.lasts, 0.0) / self.period
 
 
 Logs = Sequence[tuple[SeenLog, float, float]]
@@ -163,16 +157,6 @@ class SimulatedLogs:
         laser = {"gain": R * np.sin(theta), "delay": R * np.cos(theta) * omega}
         free = free_of(np.column_stack([columns, *(laser[name] for name in self.shared)]), by_start)
         return free.T @ free
-
-    def steady(self, v: float) -> SeenLog:
-        """A log of steady sliding at a slip speed, m/s."""
-        rig, q = self.rig, self.fit.law_values
-        by_law = self.law.gradient(np.array([v]), q)[~held(self.fit), 0]
-        lever = rig.R**2 * rig.N / rig.k
-        angle = lever / rig.R * float(self.law.value(np.array([v]), q)[0])
-        laser = {"gain": rig.R * angle, "delay": 0.0}
-        row = np.array([*(lever * by_law), *(laser[name] for name in self.shared)])
-        return SeenLog(np.outer(row, row), v, None, 1 / RATE, angles=(angle, angle), zero=ZERO_UNCERTAINTY)
 
 
 class Knowledge:

@@ -63,7 +63,7 @@ def sticks(bench: Bench, w: float, let_go: float | None = None) -> bool:
 
 def fastest(found: Design) -> list[Candidate]:
     """The two fastest drives that are proposed."""
-    proposed = [one for one in found.candidates if one.refused is None and one.kind == "stick-slip"]
+    proposed = [one for one in found.candidates if one.refused is None]
     return sorted(proposed, key=lambda one: -one.drive_speed)[:2]
 
 

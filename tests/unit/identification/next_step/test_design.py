@@ -104,7 +104,7 @@ def test_a_parameter_that_is_held_is_known(exact: FrictionFit) -> None:
 
 
 def _one(candidates: Sequence[Candidate]) -> Candidate:
-    (one,) = [candidate for candidate in candidates if candidate.kind == "stick-slip"]
+    (one,) = candidates
     return one
 
 
@@ -116,18 +116,6 @@ def test_experiments_without_stick_slip_are_refused_with_the_reason(fit: Frictio
     ranked = [one.gain for one in found.candidates if one.refused is None]
     assert ranked == sorted(ranked, reverse=True)
     assert "would help most" in found.advice and found.advice.count("->") == 4
-
-
-def test_steady_sliding_is_offered_where_it_is_stable(fit: FrictionFit) -> None:
-    found = design(fit, speeds=[0.83])
-    sliding = [one for one in found.candidates if one.kind == "steady sliding"]
-    assert sliding
-    for one in sliding:
-        v = fit.constant("r").value * one.drive_speed
-        assert one.greatest_slip == pytest.approx(v)
-        # c + R^2 N mu'(v) > 0 with Conti's mu' = -(mu_s - mu_k) p/(1 + p v)^2
-        mu_s, mu_k, p = fit.law_values
-        assert 0.125**2 * 4.905 * (mu_s - mu_k) * p / (1 + p * v) ** 2 * 0.999 < 0.055
 
 
 def test_what_cannot_be_designed(fit: FrictionFit) -> None:
@@ -152,9 +140,9 @@ def test_a_speed_at_which_a_body_may_slide_on_says_how_to_begin(fit: FrictionFit
     """On a bench that knows nothing of ours: brought up from rest, or let go as is said, it sticks and slips; let go
     where that is not needed, or where it slides, it does as is foretold."""
     mu_s, mu_k, p = fit.law_values
-    bench = Bench(lambda v: (mu_s - mu_k) / (1 + p * v) + mu_k, **{q: fit.constant(q).value for q in "JRrN"})
+    bench = Bench(lambda v: (mu_s - mu_k) / (1 + p * v) + mu_k)
     found = design(fit, speeds=[0.83, 1.8, 2.1])
-    places = {one.drive_speed: one for one in found.candidates if one.kind == "stick-slip"}
+    places = {one.drive_speed: one for one in found.candidates}
     assert places[0.83].start == "as you like" and places[0.83].start_angle == 0 and not places[0.83].both
     assert places[2.1].both and "bring the drive up from rest" in places[2.1].start
     assert places[2.1].start in found.advice

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import fmu_models.report.equilibrium_views  # noqa: F401  registers what it draws
-from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
+from fmu_models.analyses.attractors import UNDECIDED
+from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.diagram import Diagram
+from fmu_models.analyses.labels import FAILED, INFINITE
 from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.analyses.reduced_map import ReducedMap
 from fmu_models.analyses.section import PoincareSection

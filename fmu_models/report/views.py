@@ -16,6 +16,7 @@ from fmu_models.analyses.labels import FAILED, INFINITE
 from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.analyses.reduced_map import ReducedMap
 from fmu_models.analyses.section import PoincareSection
+from fmu_models.analyses.shock import LeastShock
 from fmu_models.analyses.spectrum import Spectrum
 from fmu_models.base.shown import draw, tell
 from fmu_models.report.branch_views import draw_branches, legend_below, with_unit
@@ -227,10 +228,26 @@ def _(result: EdgeState, axes: Axes) -> None:
     axes.legend(frameon=False)
 
 
+@draw.register(LeastShock)
+def _(result: LeastShock, axes: Axes) -> None:
+    """The shock in the first two states, and all shocks of its norm where both are struck."""
+    columns = (0, min(1, len(result.states) - 1))
+    at, end = ([float(numbers[i]) for i in columns] for numbers in (result.point, result.point + result.shock))
+    weights = [result.weights.get(result.states[i], np.inf) for i in columns]
+    angles = np.linspace(0.0, 2.0 * np.pi, 200)
+    circle = (place + result.size * f(angles) / w for place, f, w in zip(at, (np.cos, np.sin), weights, strict=True))
+    axes.plot(*circle, color="0.7", linewidth=0.8, label=f"norm {result.size:.6g}{', at most' * result.upper_bound}")
+    axes.annotate("", end, at, arrowprops={"arrowstyle": "->"})
+    axes.plot(*at, "o", color="black", label=result.comes_from)
+    axes.set(**{f"{k}label": with_unit(result.states[i], result.units) for k, i in zip("xy", columns, strict=True)})
+    axes.set_title(f"{result.model}, to {result.leads_to}", fontsize="medium")
+    axes.legend(frameon=False)
+
+
 @tell.register(Diagram)
 def _(diagram: Diagram) -> str:
     return repr(diagram) if diagram.branches is None else f"{diagram!r}\n{tell(diagram.branches)}"
 
 
-for kind in (EdgeState, ReducedMap, Basins, Chart, Spectrum, Exponents, PoincareSection):
+for kind in (EdgeState, LeastShock, ReducedMap, Basins, Chart, Spectrum, Exponents, PoincareSection):
     tell.register(kind, repr)

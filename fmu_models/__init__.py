@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
     from fmu_models.analyses.chart import chart as chart
     from fmu_models.analyses.diagram import orbit_diagram as orbit_diagram
+    from fmu_models.analyses.edge import edge_state as edge_state
     from fmu_models.analyses.homoclinic import homoclinic as homoclinic
     from fmu_models.analyses.lyapunov import lyapunov as lyapunov
     from fmu_models.analyses.manifolds import manifolds as manifolds

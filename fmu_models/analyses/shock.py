@@ -169,7 +169,7 @@ class _Search:
         """Where the motion is struck, the least shock, the edge state in a word, and whether it is an upper bound."""
         k, shock = self._first()
         point = self.points[k]
-        shock = self._bisected(point, shock, self.clear / np.linalg.norm(shock))
+        shock = self._bisected(point, shock, self.clear / float(np.linalg.norm(shock)))
         pair = point + np.array([1.0 - 2.0 * EXACT, 1.0])[:, None] * (shock @ self.rows)
         inner, outer = self.labeller.label(pair).labels.tolist()
         word, edge = "a wall" if inner == FAILED else "not decided", None
@@ -268,7 +268,7 @@ class _Search:
             step = -share * gradient * min(1.0, WIDEST / (share * float(np.linalg.norm(gradient))))
             before = u, gradient
             turned = (u + step) / np.linalg.norm(u + step)
-            reached = self._radius(point, turned, radius * (1.0 + gradient @ step), float(step @ step))
+            reached = self._radius(point, turned, radius * float(1.0 + gradient @ step), float(step @ step))
             if reached is None:
                 return None
             u, radius = turned, reached

@@ -232,7 +232,8 @@ def _(result: EdgeState, axes: Axes) -> None:
 def _(result: LeastShock, axes: Axes) -> None:
     """The shock in the first two states, and all shocks of its norm where both are struck."""
     columns = (0, min(1, len(result.states) - 1))
-    at, end = ([float(numbers[i]) for i in columns] for numbers in (result.point, result.point + result.shock))
+    x, y = columns
+    at, end = ((float(numbers[x]), float(numbers[y])) for numbers in (result.point, result.point + result.shock))
     weights = [result.weights.get(result.states[i], np.inf) for i in columns]
     angles = np.linspace(0.0, 2.0 * np.pi, 200)
     circle = (place + result.size * f(angles) / w for place, f, w in zip(at, (np.cos, np.sin), weights, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,9 +29,8 @@ def distance_to_manifold(c: float) -> float:
         times = np.linspace(0.0, 25.0, 2001)
         k = int(np.argmin([distance(t) for t in times]))
         bounds = (times[max(k - 1, 0)], times[min(k + 1, 2000)])
-        least = min(
-            least, float(minimize_scalar(distance, bounds=bounds, method="bounded", options={"xatol": 1e-9}).fun)
-        )
+        nearest: Any = minimize_scalar(distance, bounds=bounds, method="bounded", options={"xatol": 1e-9})
+        least = min(least, float(nearest.fun))
     return least
 
 

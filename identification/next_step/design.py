@@ -47,12 +47,12 @@ BETTER = 1e-6  # of the mean ln of the deviations: a change of the plan that hel
 
 @dataclass(frozen=True)
 class Candidate(Shown):
-    """A log of stick-slip. drive_speed: rad/s, negative the other way; load: N;
-    deviations: of each parameter, with this log beside those before; gain: share by which they fall from those of the
-    fitted logs, geometric mean, 0 to 1; index: collinearity with it; greatest_slip: m/s; refused: why it is none, None
-    if it is one; both: whether steady sliding is stable there too; start_angle: rad, to which the body is turned back
-    to be let go on the running drive, so that it sticks and slips (0: from its rest; None: nothing that was tried leads
-    there); holds: s, for which the drive is stopped now and then."""
+    """A log of stick-slip. drive_speed: rad/s, negative the other way; load: N; deviations: of each parameter, with
+    this log beside those before; gain: share by which they fall from those of the fitted logs, geometric mean, 0 to 1;
+    index: collinearity with it; greatest_slip: m/s; refused: why it is none, None if it is one; both: whether steady
+    sliding is stable there too; start_angle: rad, to which the body is turned back to be let go on the running drive,
+    so that it sticks and slips (0: from its rest; None: nothing that was tried leads there); holds: s, for which the
+    drive is stopped now and then."""
 
     drive_speed: float
     load: float
@@ -187,7 +187,8 @@ def design(
         slowest = min(plan.logs, key=lambda one: abs(one.drive_speed))
         plan = replace(plan, logs=tuple(replace(one, holds=HOLDS) if one is slowest else one for one in plan.logs))
     now, index = forecast.deviations(), _index(forecast.precision(()))
-    advice = _advice(best_first, now, index, duration) + _together(plan, duration) + _holds(fit) + _reversal(fit)
+    advice = _advice(best_first, now, index, duration) + _together(plan, duration)
+    advice += _constants(fit, best_first[0].deviations) + _holds(fit) + _reversal(fit)
     if not np.allclose(loaded_by, rig.N):
         advice += " Logs of another normal force cannot be pooled with those that were made: fit them by themselves."
     return Design(best_first, now, index, duration, advice, plan)
@@ -222,7 +223,10 @@ class _Forecast:
 
     def deviations(self, runs: Sequence[SeenLog] = ()) -> dict[str, float]:
         """Deviations with these logs beside the fitted ones."""
-        told = deviations_of(self.precision(runs), self.names, self.names)
+        return self._told(self.precision(runs))
+
+    def _told(self, precision: np.ndarray) -> dict[str, float]:
+        told = deviations_of(precision, self.names, self.names)
         return {name: np.inf if sd is None else sd for name, sd in told.items()}
 
     def sign(self, place: int) -> float:
@@ -240,8 +244,8 @@ class _Forecast:
 
     def plan(self, candidates: Sequence[Candidate], runs: Sequence[SeenLog], count: int) -> Plan:
         """The best ``count`` logs of candidates, which have these runs; none where there is no candidate."""
-        made = [run for run, _, _ in self.knowledge.logged]
-        repeated = self.deviations(list(islice(cycle(made), count)))
+        made = ((run, self.duration, sign) for run, _, sign in self.knowledge.logged)
+        repeated = self._told(self.knowledge.with_logs(list(islice(cycle(made), count))))
         if not runs:
             return Plan((), repeated)
 
@@ -266,13 +270,11 @@ class _Forecast:
         while chosen:
             ordered.append(best(ordered, chosen))
             chosen.remove(ordered[-1])
-        logs = [
-            replace(
-                self._with(candidates[i], [runs[j] for j in ordered[: place + 1]]),
-                drive_speed=self.sign(place) * candidates[i].drive_speed,
-            )
-            for place, i in enumerate(ordered)
-        ]
+        logs = []
+        for place, i in enumerate(ordered):
+            one, sign = self._with(candidates[i], [runs[j] for j in ordered[: place + 1]]), self.sign(place)
+            angle = None if one.start_angle is None else sign * one.start_angle + 0.0  # no -0
+            logs.append(replace(one, drive_speed=sign * one.drive_speed, start_angle=angle))
         return Plan(tuple(logs), repeated)
 
 
@@ -298,6 +300,19 @@ def _reversal(fit: FrictionFit) -> str:
         " All drives turn one way and there is no free decay, so that a zero of the angle that is off passes for "
         "friction: let one log turn the other way, which gives the zero to some um on the border."
     )
+
+
+def _constants(fit: FrictionFit, then: Mapping[str, float]) -> str:
+    """What no log lowers, where it is more than what is left with one."""
+    rest = [q for q in parameters_of(fit) if q.scale_deviation > then[q.name]]
+    if not rest:
+        return ""
+    share = {
+        c.name: abs(c.sensitivity.get(rest[0].name) or 0) * c.standard_uncertainty / c.value for c in fit.constants
+    }
+    left = ", ".join(f"{q.name} {deviation(q.scale_deviation)}" for q in rest)
+    worst = max(share, key=lambda name: share[name])
+    return f" Beside that the constants of the rig leave {left}, which no log lowers: measure {worst} better."
 
 
 def _holds(fit: FrictionFit) -> str:

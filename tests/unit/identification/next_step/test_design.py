@@ -159,7 +159,7 @@ def test_a_speed_at_which_a_body_may_slide_on_says_how_to_begin(fit: FrictionFit
 
 def test_a_plan_is_the_best_of_all_that_could_be_made(fit: FrictionFit) -> None:
     """Each pair of three drives, one after the other: none leaves smaller deviations, and more logs leave less."""
-    speeds = [0.3, 0.83, 1.8]
+    speeds = [0.3, 0.83, 2.1]
     found = design(fit, speeds=speeds, logs=2)
     (first, second), sizes = found.plan.logs, {}
     for pair in combinations_with_replacement(speeds, 2):
@@ -170,6 +170,8 @@ def test_a_plan_is_the_best_of_all_that_could_be_made(fit: FrictionFit) -> None:
     assert second.size < first.size and second.size < repeated
     # both ways, since there is no free decay, and the logs were made in one
     assert (first.drive_speed < 0) != (second.drive_speed < 0) and first.drive_speed < 0
+    for one in found.plan.logs:
+        assert one.start_angle is not None and one.start_angle * one.drive_speed <= 0
     frame = found.plan.frame
     assert list(frame["start"])[-1] == "as the logs were made" and len(frame) == 3
     assert found.to_dict()["plan"]["logs"][0]["start"] == first.start
@@ -181,6 +183,18 @@ def test_a_repetition_is_what_logs_of_the_same_speeds_leave(exact: FrictionFit) 
     found = design(exact, speeds=[0.83], logs=2, duration=exact.logs[0].duration)
     for name, sd in found.deviations.items():
         assert found.plan.repeated[name] == pytest.approx(sd / np.sqrt(2), rel=1e-3)
+
+
+def test_what_no_log_lowers_is_said_with_the_constant_to_measure(fit: FrictionFit) -> None:
+    constants = tuple(
+        replace(c, standard_uncertainty=(0.01 if c.name == "r" else 1e-5) * c.value) for c in fit.constants
+    )
+    parameters = tuple(replace(q, scale_deviation=0.02 if q.name == "mu_k" else 0.0) for q in fit.parameters)
+    doubted = replace(fit, constants=constants, parameters=parameters)
+    advice = design(doubted, speeds=[0.83]).advice
+    assert "the constants of the rig leave mu_k 0.020, which no log lowers: measure r better" in advice
+    known = replace(fit, parameters=tuple(replace(q, scale_deviation=0.0) for q in fit.parameters))
+    assert "no log lowers" not in design(known, speeds=[0.83]).advice
 
 
 def test_holds_are_planned_where_breakaway_ages_untold(fit: FrictionFit) -> None:

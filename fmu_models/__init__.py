@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
     from fmu_models.analyses.chart import chart as chart
     from fmu_models.analyses.diagram import orbit_diagram as orbit_diagram
+    from fmu_models.analyses.edge import edge_state as edge_state
     from fmu_models.analyses.homoclinic import homoclinic as homoclinic
     from fmu_models.analyses.lyapunov import lyapunov as lyapunov
     from fmu_models.analyses.manifolds import manifolds as manifolds
     from fmu_models.analyses.reduced_map import reduced_map as reduced_map
     from fmu_models.analyses.rotation import rotation_number as rotation_number
     from fmu_models.analyses.section import poincare_section as poincare_section
+    from fmu_models.analyses.shock import least_shock as least_shock
     from fmu_models.analyses.spectrum import spectrum as spectrum
     from fmu_models.base.errors import StickslipError as StickslipError
     from fmu_models.codegen.package import export as export

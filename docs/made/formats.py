@@ -86,7 +86,7 @@ def _kind(name: str) -> str:
 
 
 def _default(value: object) -> str:
-    return "not set" if value is None else f"`{value}` if left out"
+    return "not set" if value is None or isinstance(value, Mapping) else f"`{value}` if left out"
 
 
 def _literal(module: str) -> str:

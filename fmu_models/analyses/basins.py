@@ -1,61 +1,29 @@
-"""Basins of attraction on a grid of starts.
-
-    find   a few starts, in fixed order, run until they repeat themselves: stable periodic motions, solved to rounding
-    map    all starts run until they come to where a known attractor surely attracts, or repeat themselves; what repeats
-           itself without being known is solved and becomes an attractor too
-    rest   where two halves of a long run that never repeats itself fill the same cells, they are those of an attractor,
-           by its exponents chaos, a torus, or not decided (``aperiodic``); a start belongs to the one whose cells hold
-           its last points, and clouds that overlap are one. What is left is undecided
-
-What nothing forces is looked at by steps of its own time, and its cycles each at a section of their own (``unforced``).
-
-Every start is run by itself, so that the result does not depend on who makes which run; unstable motions are no
-attractors.
-"""
+"""Basins of attraction on a grid of starts; how a start is given to an attractor stands in ``labels``."""
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fmu_models.analyses.attractors import UNDECIDED, claimed, index_of, targets_of
-from fmu_models.analyses.clouds import Cloud, assign_clouds
+from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.declaration import STATES, Analysis, Option
-from fmu_models.analyses.unforced import (
-    LONGEST,
-    MOST,
-    SETTLED,
-    Equilibrium,
-    LimitCycle,
-    absorb,
-    mirror_images,
-    settle_flows,
-)
+from fmu_models.analyses.labels import COARSE, Attractor, Labeller, watched
+from fmu_models.analyses.unforced import LONGEST, MOST, mirror_images
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
-from fmu_models.families import jobs as families
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
-from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
-from fmu_models.sections.periodic import PeriodicMotion
-from fmu_models.sections.strobe import Strobe, strobe_of
-from fmu_models.sections.subject import Subject, seen
+from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.subject import Subject
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.rows import RunRows
 
 if TYPE_CHECKING:
     import xarray
-
-INFINITE, FAILED = -2, -3  # labels beside UNDECIDED
-COARSE = 64  # starts that look for attractors first
-
-
-Attractor = PeriodicMotion | Cloud
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,9 +174,7 @@ def basins(
     Raises:
         StickslipError: unknown states, or values out of their range; as ``Runner``.
     """
-    system = seen(system)
-    if isinstance(system, Strobe) and system.unforced and not system.autonomous:  # steps of no meaning to it
-        system = strobe_of(system)
+    system = watched(system)
     values, starts = grid_of(system, axes, start)
     plan = {"analysis": "basins", "start": starts[0], "most": most, "longest": longest, "axes": values}
     with Runner(system, plan, execution, progress) as runner:
@@ -218,87 +184,21 @@ def basins(
 def _mapped(
     runner: Runner, system: SectionSystem, values: dict[str, Vector], starts: Vector, most: int, longest: int
 ) -> Basins:
-    rows, shape = 2 * longest, tuple(len(value) for value in values.values())
-    stride = max(1, len(starts) // COARSE)
-    sample = Jobs(starts[stride // 2 :: stride], transient=most, rows=rows, longest=longest, settled=SETTLED)
-    attractors: list[Attractor] = []
+    shape, stride = tuple(len(value) for value in values.values()), max(1, len(starts) // COARSE)
+    labeller = Labeller(runner, system, most, longest)
     if len(starts) > COARSE:
-        _decide(runner, system, runner.make(sample, quiet=True), attractors, longest)
-    periodic = _at(system, attractors)
-    labels, steps = np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
-    failures: dict[tuple[int, ...], str] = {}
-    open_indices, ends = [np.zeros(0, np.int64)], [starts[:0]]
-    absorb(attractors, starts, labels, steps, runner.workers, transient=most, longest=longest, settled=SETTLED)
-    mapped = np.flatnonzero(labels == UNDECIDED)
-
-    def map_some(first: int, chunk: RunRows) -> None:
-        decided, indices = _ended(chunk), mapped[first : first + len(chunk.filled)]
-        decided[chunk.orbits >= 0] = [attractors.index(periodic[i]) for i in chunk.orbits[chunk.orbits >= 0]]
-        labels[indices], steps[indices] = decided, steps[indices] + chunk.steps
-        open_ = np.flatnonzero((decided == UNDECIDED) & (chunk.filled > 0))
-        open_indices.append(indices[open_])
-        ends.append(chunk.ends[open_])
-        for i, text in chunk.messages.items():
-            failures[tuple(map(int, np.unravel_index(indices[i], shape)))] = text
-
-    jobs = Jobs(starts[mapped], transient=most, longest=longest, settled=SETTLED, targets=targets_of(system, periodic))
-    if mapped.size:
-        runner.each(jobs, map_some)
-    undecided = np.concatenate(open_indices)
-
-    def settle_some(first: int, chunk: RunRows) -> None:
-        indices = undecided[first : first + len(chunk.filled)]
-        labels[indices] = _decide(runner, system, chunk, attractors, longest)
-        labels[indices] = assign_clouds(runner, system, chunk, labels[indices], attractors)
-
-    if undecided.size:
-        runner.each(Jobs(np.concatenate(ends), rows=rows, longest=longest, settled=SETTLED), settle_some)
+        labeller.explore(starts[stride // 2 :: stride])
+    told_labels, attractors = labeller.label(starts, quiet=False), labeller.attractors
     order = sorted(
         range(len(attractors)), key=lambda i: (attractors[i].period == 0, attractors[i].time, *attractors[i].points[0])
     )
     position = {old: new for new, old in enumerate(order)}
-    labels = np.array([position.get(int(label), int(label)) for label in labels])
+    labels = np.array([position.get(int(label), int(label)) for label in told_labels.labels])
     ordered = tuple(attractors[i] for i in order)
+    failures = {tuple(map(int, np.unravel_index(i, shape))): text for i, text in told_labels.messages.items()}
     mirrored = mirror_images(system, ordered) if isinstance(system, Strobe) and system.autonomous else ()
-    decided = labels.reshape(shape), ordered, steps.reshape(shape), failures
+    decided = labels.reshape(shape), ordered, told_labels.steps.reshape(shape), failures
     return Basins(system.name, tuple(system.states), values, *decided, system.how, runner.provenance, mirrored)
-
-
-def _ended(rows: RunRows) -> Integers:
-    """Labels of the runs that end without an attractor."""
-    labels = np.full(len(rows.outcomes), UNDECIDED)
-    labels[rows.outcomes == families.ESCAPED] = INFINITE
-    labels[(rows.outcomes == families.BROKEN) | (rows.outcomes == families.LOST)] = FAILED
-    return labels
-
-
-def _at(system: SectionSystem, attractors: Sequence[Attractor]) -> list[PeriodicMotion]:
-    """The motions that are known by their points at the section, and stable there."""
-    periodic = [attractor for attractor in attractors if isinstance(attractor, PeriodicMotion)]
-    return [motion for motion in periodic if not isinstance(motion, LimitCycle) and motion.stability.stable]
-
-
-def _decide(
-    runner: Runner, system: SectionSystem, rows: RunRows, attractors: list[Attractor], longest: int
-) -> Integers:
-    """Labels of the runs that repeat themselves; motions that are not known yet are added."""
-    labels = _ended(rows)
-    indices = np.flatnonzero((rows.outcomes == families.SETTLED) | (rows.outcomes == families.FINISHED))
-    if not indices.size:
-        return labels
-    for i, motion in zip(indices, claimed(system, rows.only(indices), longest=longest).motions, strict=True):
-        if motion is None:
-            continue
-        periodic = _at(system, attractors)
-        index = index_of(system, motion, periodic)
-        if index < 0:
-            attractors.append(Equilibrium(**{**vars(motion), "time": 0.0}) if system.autonomous else motion)
-            labels[i] = len(attractors) - 1
-        else:
-            labels[i] = attractors.index(periodic[index])
-    if isinstance(system, Strobe) and system.autonomous:
-        settle_flows(system, rows, labels, attractors, runner.workers, longest=longest, settled=SETTLED)
-    return labels
 
 
 def _numbers(result: Basins) -> dict[str, float]:

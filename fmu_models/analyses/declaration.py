@@ -10,6 +10,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
 from fmu_models.base.registry import Registry
@@ -24,7 +25,10 @@ VALUES, RANGE, PARAMETERS, STATE, STATES = "values", "range", "parameters", "one
 SECTION, OSCILLATOR, EITHER = "section", "oscillator", "either"  # what an analysis may be of
 
 Range = tuple[str, float, float]  # a parameter, its least and its largest value
-Numbers = Mapping[str, float]
+Numbers = Mapping[str, float]  # of states by name
+Box = Mapping[str, tuple[float, float]]  # ranges of states by name
+NO_NUMBERS: Numbers = MappingProxyType({})  # their defaults, which are told apart
+NO_BOX: Box = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,12 @@ class Declared:
         return Range in (self.type, *get_args(self.type))
 
     @property
-    def in_scene(self) -> float | str | None:
+    def by_name(self) -> bool:
+        """Whether it is numbers or ranges of states, by name."""
+        return self.type in (Numbers, Box)
+
+    @property
+    def in_scene(self) -> Any:
         """The default in a scene, where False and True are 0 and 1."""
         default = self.default if self.option.in_scene is None else self.option.in_scene
         return int(default) if isinstance(default, bool) else default

@@ -40,7 +40,7 @@ SAME = 1e-6  # of the size of a state: two equilibria, or a step and its mirror 
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium(PeriodicMotion):
-    """A point of rest that attracts, or, with a multiplier 1, one of many that do so together, as those of a stick.
+    """A point of rest, or, with a multiplier 1, one of many that attract together, as those of a stick.
 
     Attributes:
         points: (1, n).
@@ -52,7 +52,7 @@ class Equilibrium(PeriodicMotion):
     @property
     def alone(self) -> bool:
         """Whether there are no others beside it."""
-        return self.stability.stable
+        return self.stability.hyperbolic
 
     @property
     def word(self) -> str:
@@ -119,21 +119,32 @@ def limit_cycle(system: Strobe, point: Vector, **search: Any) -> LimitCycle | No
 
 
 def _own_section(system: Strobe, point: Vector) -> tuple[Crossing | None, Vector, float]:
-    """The level where the motion from a point moves fastest, the point there, and the largest size of the motion."""
-    fmu, step = system.fmu, float(system.periods({}, 1)[0])
+    """The section of the motion from a point, where it meets that, and the largest size of the motion."""
+    names, step = system.fmu.states, float(system.periods({}, 1)[0])
     motion = system.trajectory(point, np.linspace(0.0, SPAN * step, SAMPLES))
-    states, rates = (np.stack([motion[n] for n in names], axis=1) for names in (fmu.states, _rates(fmu.states)))
+    return section_through(system, *(np.stack([motion[n] for n in of], axis=1) for of in (names, rates(names))))
+
+
+def section_through(system: Strobe, states: Vector, slopes: Vector) -> tuple[Crossing | None, Vector, float]:
+    """The level where a motion moves fastest, the point there, and the largest size of the motion.
+
+    Args:
+        states, slopes: (k, n) along it, and their rates.
+    """
+    fmu, step = system.fmu, float(system.periods({}, 1)[0])
+    sizes = system.sizes()[: states.shape[1]]
     size = states.std(axis=0)
-    speeds = np.abs(rates) / np.where(size > SAME * system.sizes()[: len(size)], size, np.inf)
+    speeds = np.abs(slopes) / np.where(size > SAME * sizes, size, np.inf)
     k, i = np.unravel_index(speeds.argmax(), speeds.shape)
     if not speeds[k, i] > 0.0:
-        return None, point, 0.0
+        return None, states[k], 0.0
     level, settings = float(states[k, i]), {"parameters": system.values, "tolerance": system.tolerance}
-    section = Crossing(fmu, fmu.states[i], level, int(np.sign(rates[k, i])), wait=PATIENT * step, **settings)
-    return section, section.start(states[k]), float((size / system.sizes()[: len(size)]).max())
+    section = Crossing(fmu, fmu.states[i], level, int(np.sign(slopes[k, i])), wait=PATIENT * step, **settings)
+    return section, section.start(states[k]), float((size / sizes).max())
 
 
-def _rates(states: Sequence[str]) -> list[str]:
+def rates(states: Sequence[str]) -> list[str]:
+    """Names of the rates of states."""
     return [f"der({name})" for name in states]
 
 
@@ -197,7 +208,10 @@ def settle_flows(
 
 def resting(system: Strobe, point: Vector) -> Equilibrium | None:
     """The equilibrium at a point (n,) that steps repeat; None if it does not attract."""
-    stability = Stability.of(system.step(point[None]).derivatives[0])
+    derivative = system.step(point[None]).derivatives[0]
+    if not np.isfinite(derivative).all():  # where rates have a corner
+        return None
+    stability = Stability.of(derivative)
     return Equilibrium(point[None], stability, 0.0) if abs(stability.eigenvalues[0]) < 1.0 + ON_CIRCLE else None
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fmu_models.analyses.declaration import ANALYSES, OSCILLATOR, PARAMETERS, RANGE, STATE, VALUES, Declared
+from fmu_models.analyses.declaration import ANALYSES, OSCILLATOR, PARAMETERS, RANGE, STATE, VALUES, Box, Declared
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.commands import families as f
@@ -45,6 +45,7 @@ def command_of(name: str) -> Callable[..., None]:
             axes = section.range(name, over)
         else:
             axes = section.axes(name, over, COUNTS.get(analysis.axes)) if analysis.axes else {}
+        values |= {of: _named(analysis.options[of], values[of]) for of in values if analysis.options[of].by_name}
         arguments |= section.options(name, **values)
         subject, constants = section.subject(analysis.subject)
         with console.progress(analysis.label) as advance:
@@ -77,10 +78,22 @@ def _option(declared: Declared) -> object:
     if option.words:
         kind, default = str, option.words[bool(declared.default)]
         settings["parser"] = partial(_worded, flags[0], option.words)
+    if declared.by_name:
+        kind, default = list[str], False
+        settings["metavar"] = "NAME=FROM:TO" if declared.type == Box else "NAME=VALUE"
     if declared.range:
         kind = str
         settings |= {"parser": f.one_range, "metavar": "NAME=FROM:TO"}
     return Annotated[kind | None, typer.Option(*flags, show_default=default, **settings)]
+
+
+def _named(declared: Declared, texts: list[str] | None) -> dict[str, Any] | None:
+    """Numbers or ranges of states by name; None where none are given, as for every option."""
+    if not texts:
+        return None
+    if declared.type == Box:
+        return {state: ends for state, *ends in map(f.one_range, texts)}
+    return console.assignments(texts, declared.name)
 
 
 def _worded(flag: str, words: tuple[str, str], text: str) -> bool:

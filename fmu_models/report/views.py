@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import fmu_models.report.equilibrium_views  # noqa: F401  registers what it draws
-from fmu_models.analyses.basins import FAILED, INFINITE, UNDECIDED, Basins
+from fmu_models.analyses.attractors import UNDECIDED
+from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.diagram import Diagram
+from fmu_models.analyses.edge import EdgeState
+from fmu_models.analyses.labels import FAILED, INFINITE
 from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.analyses.reduced_map import ReducedMap
 from fmu_models.analyses.section import PoincareSection
+from fmu_models.analyses.shock import LeastShock
 from fmu_models.analyses.spectrum import Spectrum
 from fmu_models.base.shown import draw, tell
 from fmu_models.report.branch_views import draw_branches, legend_below, with_unit
@@ -212,10 +216,39 @@ def _(section: PoincareSection, axes: Axes) -> None:
     axes.set_title(section.model, fontsize="medium")
 
 
+@draw.register(EdgeState)
+def _(result: EdgeState, axes: Axes) -> None:
+    """The border as it was followed, and the edge state on it."""
+    columns, names = (0, min(1, len(result.states) - 1)), [with_unit(name, result.units) for name in result.states]
+    axes.plot(*(result.path[:, i] for i in columns), ".-", color="0.6", markersize=3, linewidth=0.6, label="border")
+    points = [result.points[:, i] for i in columns]
+    axes.plot(*points, "o", color="white", markeredgecolor="black", label=result.word)
+    axes.set(xlabel=names[columns[0]], ylabel=names[columns[1]])
+    axes.set_title(f"{result.model}, between {' and '.join(result.between)}", fontsize="medium")
+    axes.legend(frameon=False)
+
+
+@draw.register(LeastShock)
+def _(result: LeastShock, axes: Axes) -> None:
+    """The shock in the first two states, and all shocks of its norm where both are struck."""
+    columns = (0, min(1, len(result.states) - 1))
+    x, y = columns
+    at, end = ((float(numbers[x]), float(numbers[y])) for numbers in (result.point, result.point + result.shock))
+    weights = [result.weights.get(result.states[i], np.inf) for i in columns]
+    angles = np.linspace(0.0, 2.0 * np.pi, 200)
+    circle = (place + result.size * f(angles) / w for place, f, w in zip(at, (np.cos, np.sin), weights, strict=True))
+    axes.plot(*circle, color="0.7", linewidth=0.8, label=f"norm {result.size:.6g}{', at most' * result.upper_bound}")
+    axes.annotate("", end, at, arrowprops={"arrowstyle": "->"})
+    axes.plot(*at, "o", color="black", label=result.comes_from)
+    axes.set(**{f"{k}label": with_unit(result.states[i], result.units) for k, i in zip("xy", columns, strict=True)})
+    axes.set_title(f"{result.model}, to {result.leads_to}", fontsize="medium")
+    axes.legend(frameon=False)
+
+
 @tell.register(Diagram)
 def _(diagram: Diagram) -> str:
     return repr(diagram) if diagram.branches is None else f"{diagram!r}\n{tell(diagram.branches)}"
 
 
-for kind in (ReducedMap, Basins, Chart, Spectrum, Exponents, PoincareSection):
+for kind in (EdgeState, LeastShock, ReducedMap, Basins, Chart, Spectrum, Exponents, PoincareSection):
     tell.register(kind, repr)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fmu_models.analyses.declaration import PARAMETERS, STATE, STATES
+from fmu_models.analyses.declaration import NO_BOX, PARAMETERS, STATE, STATES
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
 from fmu_models.scene.kinds import KINDS
@@ -75,7 +75,7 @@ def checked_compute(doc: Document, names: Names) -> Compute:
         periods=doc.count("periods", 1, 1, "compute"),
         autonomous=doc.flag("autonomous", "compute"),
         axes=_axes(doc, names, name, kind),
-        settings={key: _setting(doc, key, default) for key, default in kind.settings.items() if key in table},
+        settings={key: _setting(doc, names, key, default) for key, default in kind.settings.items() if key in table},
         **_section(doc, names, name, kind, table),
     )
 
@@ -117,13 +117,31 @@ def _axes(doc: Document, names: Names, name: str, kind: Kind) -> dict[str, tuple
     return {axis: tuple(doc.values(raw, allowed[axis], *path, axis)) for axis, raw in table.items()}
 
 
-def _setting(doc: Document, key: str, default: float | str | None) -> float | str:
+def _setting(doc: Document, names: Names, key: str, default: Any) -> Any:
     """A key that a kind of computation alone reads."""
+    if isinstance(default, Mapping):
+        return _by_state(doc, names, key, 2 if default is NO_BOX else 1)
     if isinstance(default, float):
         return doc.value(doc.table("compute")[key], "1", "compute", key)
     if isinstance(default, int):
         return doc.count(key, default, 0, "compute")
     return doc.text(key, "compute")
+
+
+def _by_state(doc: Document, names: Names, key: str, count: int = 1) -> dict[str, Any]:
+    """A number by state, or a list of ``count``, in its unit."""
+    numbers: dict[str, Any] = {}
+    for state, raw in doc.table("compute", key).items():
+        path = ("compute", key, state)
+        if state not in names.states:
+            raise names.stranger("state", state, names.states, *path)
+        if count == 1:
+            numbers[state] = doc.value(raw, names.states[state], *path)
+        elif isinstance(raw, list) and len(raw) == count:
+            numbers[state] = tuple(doc.value(end, names.states[state], *path) for end in raw)
+        else:
+            raise doc.fault(f"'{state}' must be a list of {count} numbers, found {raw!r}.", *path)
+    return numbers
 
 
 def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[str, Any]) -> dict[str, Any]:
@@ -136,11 +154,7 @@ def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[
     period = doc.value(table["period"], "s", "compute", "period") if "period" in table else None
     if period is not None and period <= 0.0:
         raise doc.fault(f"the period must be positive, found {period:g} s.", "compute", "period")
-    level: dict[str, float] = {}
-    for state, raw in doc.table("compute", "level").items():
-        if state not in names.states:
-            raise names.stranger("state", state, names.states, "compute", "level", state)
-        level[state] = doc.value(raw, names.states[state], "compute", "level", state)
+    level = _by_state(doc, names, "level")
     if len(level) > 1 or (level and impacts):
         raise doc.fault("a section is a level of one state, or where a contact begins: name one of them.", "compute")
     elsewhere = bool(level or impacts)

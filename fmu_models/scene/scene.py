@@ -65,7 +65,7 @@ class Compute(Shown):
     down: bool = False
     impacts: str | None = None
     axes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    settings: Mapping[str, float | str] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

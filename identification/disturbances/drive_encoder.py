@@ -3,13 +3,13 @@ the disc does not turn as it shows."""
 
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import DRIVE
-from identification.disturbances.turn import harmonics, too_little_turned, turn_terms
+from identification.disturbances.turn import harmonics, too_little_turned, turn_terms, unrecorded
 
 SPEED = harmonics("drive_", "speed, with the ", "drive", acts=DRIVE, width=lambda order: 5e-3)
 DISTURBANCE = Disturbance(
     words="the encoder of the drive is eccentric: the disc turns at another speed than it shows",
     terms=lambda ready, size: tuple(turn_terms(SPEED, "w")),
-    hidden=too_little_turned,
+    hidden=lambda ready: unrecorded(ready) or too_little_turned(ready),
     rank=9,
     emulated=("drive_encoder",),
 )

@@ -1,4 +1,5 @@
-"""As `normal_force`, with amplitudes a_n, b_n of each log: the counter of the drive was reset between them."""
+"""As `normal_force`, with amplitudes a_n, b_n of each log: the counter of the drive was reset between them, or there
+is none."""
 
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.turn import NORMAL_FORCE, too_little_turned, turn_terms
@@ -10,7 +11,7 @@ def _hidden(ready: Pool) -> str:
 
 
 DISTURBANCE = Disturbance(
-    words="the normal force changes with the angle of the drive, whose counter was reset between the logs",
+    words="the normal force changes with the angle of the drive, which its logs do not share",
     terms=lambda ready, size: tuple(
         term for log in range(len(ready.motions)) for term in turn_terms(NORMAL_FORCE, "N", log)
     ),

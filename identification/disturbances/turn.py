@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from identification.disturbances.term import DisturbanceTerm, Effect
+from identification.measurement.disc_motion import nominal_drives
 from identification.measurement.pooled import Pool
 
 HARMONICS = (1, 2)
@@ -37,6 +38,12 @@ def turn_terms(effects: tuple[Effect, Effect], letter: str, log: int | None = No
     for order in HARMONICS:
         for wave, effect in zip(("cos", "sin"), effects, strict=True):
             yield DisturbanceTerm(f"{letter}_{wave}{order}{suffix}", effect, order, log)
+
+
+def unrecorded(ready: Pool) -> str:
+    """Which logs did not record how their drives turned, in a sentence; nothing where all did."""
+    logs = [motion.log.name for motion in ready.motions if nominal_drives(motion.log)]
+    return f"how the drive turned is not recorded in {' and '.join(logs)}." if logs else ""
 
 
 def too_little_turned(ready: Pool) -> str:

@@ -84,8 +84,6 @@ def fit_friction(
     pair = bristled(form) if estimator == "lugre" else None
     bristles = pair[1].names if pair else ()
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
-    if disturbances == AUTO and not ready.seen_well:
-        disturbances = NONE
     stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
     if form.spans:
         if estimator != ESTIMATOR:

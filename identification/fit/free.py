@@ -45,8 +45,8 @@ def fit_free(
     stages.of("search")(1.0)
     if verdict is None:
         raise StickslipError(
-            f"These logs do not tell the law '{law.name}': it needs slips of one driving disc that a laser shows, with "
-            "the speed of the drive recorded. Take a law of some form: stickslip laws LOGS lists them."
+            f"These logs do not tell the law '{law.name}': it needs slips of one driving disc, which some "
+            "friction follows. Take a law of some form: stickslip laws LOGS lists them."
         )
     curve, causes = verdict.curve, causes_of(verdict, ready)
     options = replace(options, disturbances=terms_found(ready, causes))

@@ -23,7 +23,19 @@ import numpy as np
 from identification.disturbances.term import FRICTION, LASER, SENSOR_UNITS, DisturbanceTerm, misread
 from identification.disturbances.terms import ranked, terms_of
 from identification.estimators.segment_runs import ShootingSegment
-from identification.free_friction.curve import LOST, OFF, TAUS, Gram, Known, Least, begun, curve_of, settled, slips_of
+from identification.estimators.shooting_segments import SILENT
+from identification.free_friction.curve import (
+    OFF,
+    TAUS,
+    Gram,
+    Known,
+    Least,
+    begun,
+    curve_of,
+    follows,
+    settled,
+    slips_of,
+)
 from identification.free_friction.evidence import Evidence
 from identification.free_friction.result import COEFFICIENTS, FreeFriction
 from identification.free_friction.slips import AHEAD, WRONG, YIELDS, Guess, Slips
@@ -71,15 +83,15 @@ class Verdict:
 def contest(
     ready: Pool, segments: Sequence[ShootingSegment], noise_known: bool, named: Sequence[str] | None = None
 ) -> Verdict | None:
-    """The verdict on slips; None where they do not tell friction without a law: those of two discs, of an encoder
-    alone, of drives whose speed was not recorded, or such as no torque follows. ready: logs of one rig; segments: their
+    """The verdict on slips; None where they do not tell friction without a law: those of two discs, or
+    such as no torque follows. ready: logs of one rig; segments: their
     slips; noise_known: whether the noise of their sensors is known; otherwise its size is what no friction follows;
     named: disturbances that are taken for granted, and no others; None: those that the slips show.
 
     Raises:
         StickslipError: slips too short for inverse dynamics, or logs that cannot show what is named.
     """
-    if len(ready.contacts) != 1 or not ready.seen_well:
+    if len(ready.contacts) != 1:
         return None
     bare, samples = slips_of(ready, segments), sum(len(segment.time) for segment in segments)
     field = _Field.of(ready, named, bare.soft > 0)
@@ -94,7 +106,9 @@ def contest(
             misfit = bare.squares(guess) / samples
         if not misfit < ASTRAY and (noise_known or not np.isfinite(misfit)):
             return None
-        return _judged(field, bare if noise_known else bare.with_noise(float(np.sqrt(misfit))), guess, named)
+        least = 1.0 if any(segment.lines is not None for segment in segments) else 0.0  # edges lie no nearer
+        louder = 1.0 if noise_known else max(float(np.sqrt(misfit)), least)
+        return _judged(field, bare.with_noise(louder), guess, named)
 
 
 def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | None) -> Verdict:
@@ -118,7 +132,7 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
         try:
             moved, near = table.moved(better)
             ahead = solved(moved, better, (near, widest))
-            followed = ahead[0].squares(ahead[1]) < LOST * slips.squares(guess)
+            followed = follows(*ahead[:2], slips.squares(guess))
             # what is taken away may cost up to `GAIN`, what is added must gain where it is solved too
             if not followed or not ahead[-1].worth(better) > table.worth(chosen) - GAIN * (len(better) < len(chosen)):
                 break
@@ -144,10 +158,13 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
 
 
 def _neighbours(slips: Slips, guess: Guess) -> float:
-    """The correlation of neighbouring residuals in slips, over its deviation in white noise."""
+    """The correlation of neighbouring residuals in slips, over its deviation in white noise; 0 where they are smaller
+    than any noise is known to be."""
     residuals = [row.residual for row in slips.rows(guess)]
-    cluster = np.repeat(np.arange(len(residuals)), list(map(len, residuals)))
-    return autocorrelation(np.concatenate(residuals), cluster) * float(np.sqrt(len(cluster)))
+    cluster, every = np.repeat(np.arange(len(residuals)), list(map(len, residuals))), np.concatenate(residuals)
+    if float(np.mean(every**2)) < SILENT**2:
+        return 0.0
+    return autocorrelation(every, cluster) * float(np.sqrt(len(cluster)))
 
 
 def _verdict(

@@ -22,12 +22,13 @@ import numpy as np
 from identification.disturbances.terms import terms_of
 from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.segment_runs import ShootingSegment
+from identification.estimators.shooting_segments import LINE
 from identification.free_friction.at_rest import Releases
 from identification.free_friction.result import BENDS, COEFFICIENTS, FreeFriction, SpeedBasis
 from identification.free_friction.slips import AHEAD, MODES, STARTS, WRONG, YIELDS, Guess, SlipRows, Slips
 from identification.inference.problem import Prior
 from identification.measurement.motion import SMOOTHING
-from identification.measurement.pooled import Pool
+from identification.measurement.pooled import SPEED, Pool
 from identification.measurement.presliding import SOFT, presliding
 from identification.measurement.slip_segments import SlipSegment
 
@@ -40,6 +41,7 @@ STEPS = 10  # of a search, at most
 DAMPED = (0.0, 1e-4, 1e-3, 0.01, 0.1, 1.0, 10.0)  # a step of it, until it gains
 LITTLE = 2e-3  # gain of the sum of squares that is not worth a step: 4 % of a deviation
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact, or of which nobody says
+SET = 0.01  # that of a drive's speed, which was set and not recorded
 ROUGH = 0.02  # deviation of the force that sticks carried last, at first
 ROUNDS, FARTHEST, NEAR = 2, 0.05, 5e-4  # with releases: slips followed anew; steps of a coefficient, most and last
 ASTRAY = 3.0  # deviations of the row of releases, which then are not what the curve would have
@@ -65,7 +67,9 @@ def slips_of(ready: Pool, segments: Sequence[ShootingSegment]) -> Slips:
     speeds = np.concatenate([_slip_speeds(ready, segment) for segment in ready.segments])
     terms, elastic = terms_of(ready, ()), presliding(ready, np.inf)
     soft = elastic.compliance if elastic is not None and elastic.elastic and elastic.compliance > SOFT else 0.0
-    names = (*(prior.name for prior in ready.priors), "gain", "delay", *(term.name for term in terms))
+    counted = [segment.lines for segment in segments if segment.lines is not None]
+    sensors = ("zero", *(f"{LINE}{line}" for line in np.unique(np.concatenate(counted)))) if counted else ()
+    names = (*(prior.name for prior in ready.priors), "gain", "delay", *sensors, *(term.name for term in terms))
     return Slips(ready, tuple(segments), SpeedBasis(float(speeds.max())), terms, names, soft)
 
 
@@ -102,7 +106,7 @@ def settled(slips: Slips, guess: Guess, near: tuple[float, float] | None = None)
     loose, followed = guess, 0.0
     if near is not None:
         loose, followed = _searched(slips, known, guess, near[0]), near[1]
-    if not slips.squares(loose) < LOST * followed:
+    if near is None or not follows(slips, loose, followed):
         loose = _searched(slips, known, guess, widest)
         followed = slips.squares(loose)
     rows = slips.rows(loose)
@@ -117,9 +121,14 @@ def settled(slips: Slips, guess: Guess, near: tuple[float, float] | None = None)
         else:
             halfway = halfway or _searched(slips, known, loose, BETWEEN)
             guess = halfway if tau == BETWEEN else _searched(slips, known, halfway, tau)
-        if slips.squares(guess) < LOST * followed:  # else likely to first order only
+        if follows(slips, guess, followed):  # else likely to first order only
             break
     return guess, tau, followed
+
+
+def follows(slips: Slips, guess: Guess, squares: float) -> bool:
+    """Whether a guess follows the slips about as well as one with these squares, or within their noise."""
+    return slips.squares(guess) < LOST * max(squares, sum(len(segment.time) for segment in slips.segments))
 
 
 def _slip_speeds(ready: Pool, segment: SlipSegment) -> np.ndarray:
@@ -146,6 +155,9 @@ class Known:
         deviations = {prior.name: _relative(prior) for prior in slips.ready.priors}
         instruments = np.sqrt(np.diag(slips.ready.sensors.covariance))
         deviations |= {n: max(float(d), EXACT) for n, d in zip(("gain", "delay"), instruments, strict=True)}
+        if slips.ready.zero is not None:
+            deviations["zero"] = slips.ready.zero.standard_uncertainty
+        deviations |= {name: slips.ready.sensors.rms for name in slips.names if name.startswith(LINE)}
         deviations |= SOFTER
         deviations |= {name + WRONG: deviation for name, deviation in OFF.items()}
         terms = {term.name: term for term in slips.terms}
@@ -170,7 +182,9 @@ class Known:
 
 
 def _relative(prior: Prior) -> float:
-    return max(prior.standard_uncertainty / prior.value, EXACT) if prior.stated else EXACT
+    if not prior.stated:
+        return SET if prior.name.startswith(SPEED) else EXACT
+    return max(prior.standard_uncertainty / prior.value, EXACT)
 
 
 @dataclass(frozen=True, eq=False)

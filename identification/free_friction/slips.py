@@ -36,9 +36,10 @@ from identification.disturbances.term import (
 )
 from identification.estimators.regression import load_factor
 from identification.estimators.segment_runs import ShootingSegment
+from identification.estimators.shooting_segments import LINE
 from identification.free_friction.result import SpeedBasis
 from identification.measurement.motion import drive_angle
-from identification.measurement.pooled import Pool, RigValues, rig_values
+from identification.measurement.pooled import Pool, RigValues, rig_values, speed_name
 from rig_io.sensors.motion import Motion
 
 STEPS = 80  # a natural period: an error of 1e-6 of the motion, and of 1e-3 of the noise
@@ -183,6 +184,11 @@ class Slips:
         """Constants of the rig at a guess."""
         return rig_values(self.constants(guess))
 
+    def driven(self, guess: Guess) -> np.ndarray:
+        """Speed of the drive (n_slips, 2 count + 1), rad/s, where that of a log is known no better than it was set."""
+        off = [guess.shared.get(speed_name(segment.log), 0.0) for segment in self.segments]
+        return self.drive * np.exp(off)[:, None]
+
     def factor(
         self, guess: Guess, state: tuple[np.ndarray, np.ndarray], place: int | slice, acts: str
     ) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -194,6 +200,7 @@ class Slips:
     def forces(self, guess: Guess) -> Callable[[int | slice, tuple[np.ndarray, np.ndarray]], np.ndarray]:
         """theta'' at a place in time, of angles and speeds, each (n_slips,) or (n_slips, n)."""
         rig, coefficients, unexplained = self.rig(guess), guess.coefficients, guess.unexplained
+        drive = self.driven(guess)
         timed, bodily = ({acts: self.under(terms) for acts, terms in some.items()} for some in self._terms)
         still = {acts: slips.factor(guess, self._anywhere, slice(None), acts)[0] for acts, slips in timed.items()}
 
@@ -204,7 +211,7 @@ class Slips:
         def acceleration(place: int | slice, state: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
             angle, speed = state
             sign = self.sign[:, 0] if isinstance(place, int) else self.sign
-            slip = sign * (rig.r * self.drive[:, place] * factor(DRIVE, place, state) - rig.R * speed)
+            slip = sign * (rig.r * drive[:, place] * factor(DRIVE, place, state) - rig.R * speed)
             rubbing, beside = sign * factor(FRICTION, place, state), unexplained @ self.modes[:, place]
             spring, damping = rig.k * factor(SPRING, place, state), rig.c * factor(DAMPING, place, state)
 
@@ -276,7 +283,7 @@ class Slips:
     def slip_speeds(self, guess: Guess) -> np.ndarray:
         """At the steps (n_slips, count + 1), m/s."""
         rig = self.rig(guess)
-        return self.sign * (rig.r * self.drive[:, ::2] - rig.R * self.run(guess)[1])
+        return self.sign * (rig.r * self.driven(guess)[:, ::2] - rig.R * self.run(guess)[1])
 
     def squares(self, guess: Guess) -> float:
         """Sum of squares of the whitened residuals; infinite where no motion is."""
@@ -320,6 +327,10 @@ class Slips:
         where = Whereabouts.seen(log, segment.log, segment.time, turned, turning)
         misreading, slopes = misread(self.terms, values, where)
         turned = turned + misreading - shared.get("delay", 0.0) * turning
+        if segment.lines is not None:
+            ruled, place = np.unique(segment.lines, return_inverse=True)
+            ruling = np.array([shared.get(f"{LINE}{line}", 0.0) for line in ruled])
+            turned = turned + shared.get("zero", 0.0) + ruling[place]
         if not segment.laser:
             return turned, np.ones(len(turned)), turning, slopes
         lever = self.ready.values.R
@@ -338,6 +349,9 @@ class Slips:
         sensors = {"gain": -shown, "gain" + WRONG: -shown, "laser": -shown, "delay": -slope * turning}
         if self.ready.laser_alone and self.segments[number].laser:
             sensors |= {"R": shown, "R" + WRONG: shown}
+        lines = self.segments[number].lines
+        if lines is not None:
+            sensors |= {"zero": np.ones(len(shown)), **{f"{LINE}{line}": lines == line for line in np.unique(lines)}}
         sensors |= {
             term.name: slope * misreading
             for term, misreading in zip(self.terms, misreadings, strict=True)
@@ -391,7 +405,8 @@ def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) ->
     stiffer, by_spring = slips.factor(guess, state, steps, SPRING)
     damped, by_damping = slips.factor(guess, state, steps, DAMPING)
     faster, by_drive = slips.factor(guess, state, steps, DRIVE)
-    drive = slips.drive[:, steps] * faster
+    driven = slips.driven(guess)[:, steps]
+    drive = driven * faster
     slip = slips.sign * (rig.r * drive - rig.R * speed)
     rising = -slips.sign * rig.R * slips.forces(guess)(steps, state)
     seen = slips.before(guess, slip, rising) if guess.shared.get(YIELDS) else slip
@@ -401,7 +416,8 @@ def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) ->
     torque = scale * (friction * factor + guess.unexplained @ slips.modes[:, steps])
     spring, damping = -rig.k / rig.J * angle, -rig.c / rig.J * speed
     slope = scale * factor * steep  # by the slip speed
-    pulls = {FRICTION: scale * friction, SPRING: spring, DAMPING: damping, DRIVE: slope * rig.r * slips.drive[:, steps]}
+    pulls = {FRICTION: scale * friction, SPRING: spring, DAMPING: damping, DRIVE: slope * rig.r * driven}
+    logs = range(len(slips.ready.motions))
     slopes = {FRICTION: by_friction, SPRING: by_spring, DAMPING: by_damping, DRIVE: by_drive}
     forces: Mapping[str, np.ndarray] = {
         **{name: stiffer * spring for name in ("k", "k/J")},
@@ -411,6 +427,7 @@ def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) ->
         "r": slope * rig.r * drive,
         AHEAD: scale * slips.sign * factor * steep * rising,
         YIELDS: scale * slips.sign * factor * (slips.curve.weights(seen, 1) @ guess.coefficients) * sooner,
+        **{speed_name(log): slope * rig.r * drive * (slips.where.log[:, steps] == log) for log in logs},
         **{
             term.name: pulls[term.effect.acts] * slopes[term.effect.acts][number]
             for number, term in enumerate(slips.terms)

@@ -51,8 +51,7 @@ def pool_warnings(
         )
         warnings.append(
             f"Nothing but the encoder shows the angle: {zero}, its lines are taken to be misplaced by up to "
-            f"{LINE_ERROR:.0%} of the pitch, micro-slip in stick cannot be seen, and disturbances are not sought, only "
-            "estimated where they are named. A laser beside it would tell more."
+            f"{LINE_ERROR:.0%} of the pitch, and micro-slip in stick cannot be seen. A laser beside it would tell more."
         )
     cells = [log.name for log in logs if any(log.has(f"load{contact[-1]}") for contact in log.contacts)]
     if cells and not all(prior.source.startswith("load cell") for prior in priors if prior.name in ("N", "N0", "N1")):
@@ -69,9 +68,8 @@ def pool_warnings(
     if nominal:
         warnings.append(
             f"How the drives turned is not recorded in {' and '.join(nominal)}: the nominal speeds were taken. Their "
-            "unevenness passes to the law as noise, their uncertainty is added, micro-slip in stick cannot be seen, "
-            "and disturbances are not sought, only estimated where they are named. An encoder on each drive would tell "
-            "more."
+            "uncertainty is added, their unevenness is told by the slips alone, and micro-slip in stick cannot be "
+            "seen. An encoder on each drive would tell more."
         )
     if len(logs) == 1 and len(logs[0].contacts) == 1:
         warnings.append("One drive speed leaves mu_k and p nearly collinear: pool logs at three speeds or more.")

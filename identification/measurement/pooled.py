@@ -10,7 +10,7 @@ import numpy as np
 from fmu_models.base.shown import Shown
 from identification.inference.adjustment import ConstantReading
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import angle_sensor, corrected, nominal_drives, zeroed
+from identification.measurement.disc_motion import angle_sensor, corrected, zeroed
 from identification.measurement.free_decay import FreeDecay
 from identification.measurement.motion import DiscMotion, SensorFit
 from identification.measurement.slip_segments import SlipSegment, long_enough
@@ -147,12 +147,6 @@ class Pool(Shown):
     def slips_both_ways(self) -> bool:
         """Whether discs slip forward in some of the slips and backward in others."""
         return len({segment.sign for segment in self.segments}) > 1
-
-    @property
-    def seen_well(self) -> bool:
-        """Whether residuals can tell disturbances of friction from what sensors leave open: from misplaced lines of an
-        encoder that alone shows the angle, and from drives whose unevenness is not recorded."""
-        return not any(motion.passes is not None or nominal_drives(motion.log) for motion in self.motions)
 
     @property
     def drawn(self) -> int:

@@ -6,7 +6,8 @@ from what is stated of them. Cases that begin with "u:" are known to no estimato
 right too where the fit says that the logs do not tell it from the right one. Printed for each case: benches fitted,
 those with exactly the right names, those with a wrong one, those on which something was left unexplained; share of 95 %
 intervals of mu_s, mu_k, p that hold the truth, root mean square of error over deviation; deviation over the bound of
-Cramer and Rao with what constants add, median and 90 % point; CPU time of a fit, median.
+Cramer and Rao with what constants add, median and 90 % point; free curves, the share of their points within 1.96
+deviations of the truth, and how many have it within the band of the whole curve; CPU time of a fit, median.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +46,11 @@ class Case:
     both_ways: bool = False
 
 
+def conti(mu_s: float, mu_k: float, p: float, speed: Any) -> Any:
+    """Friction coefficient at slip speeds, m/s."""
+    return mu_k + (mu_s - mu_k) / (1 + p * speed)
+
+
 def either(rng: np.random.Generator, low: float, high: float) -> float:
     """A size of either sign."""
     return float(rng.uniform(low, high) * rng.choice([-1, 1]))
@@ -52,6 +59,15 @@ def either(rng: np.random.Generator, low: float, high: float) -> float:
 def factor(names: str, of: Callable[[float, float, int, float], float]) -> Case:
     """A factor of friction: (time, angle of the body, log, angle of the drive)."""
     return Case(frozenset(names.split()), bent={"factor": of})
+
+
+def bare(without: str, **bent: Any) -> Case:
+    """Fewer instruments."""
+    return Case(bent=bent, faults=Faults(without=without))
+
+
+def uneven(rng: np.random.Generator) -> Case:
+    return replace(bare("drive"), names=frozenset({"drive-uneven"}))
 
 
 def spring(rng: np.random.Generator) -> Case:
@@ -108,7 +124,7 @@ def body_encoder(rng: np.random.Generator) -> Case:
 def laser_clock(rng: np.random.Generator) -> Case:
     """Drives that turn almost evenly are no clock: no name, but values that hold."""
     late, rate = either(rng, 5e-4, 2e-3), either(rng, 1e-4, 3e-4)
-    return Case(faults=Faults(late=lambda t: late + rate * (t - 5), alone=True))
+    return Case(faults=Faults(late=lambda t: late + rate * (t - 5), without="encoder"))
 
 
 def vibration(rng: np.random.Generator) -> Case:
@@ -122,7 +138,7 @@ def walk(rng: np.random.Generator, alone: bool = False) -> Case:
     """0.1 to 0.2 mm after ten seconds."""
     steps = np.cumsum(rng.standard_normal(20_000)) * rng.uniform(1e-4, 2e-4) / 0.125 / 100
     names = frozenset({"laser-walk"} if alone else ())
-    return Case(names, faults=Faults(laser=lambda t, angle: steps[: len(t)], alone=alone))
+    return Case(names, faults=Faults(laser=lambda t, angle: steps[: len(t)], without="encoder" if alone else ""))
 
 
 def torque(of: Callable[[float, float], float], names: str = "", perhaps: str = "") -> Case:
@@ -181,7 +197,9 @@ CASES: dict[str, Callable[[np.random.Generator], Case]] = {
     **{"drive-encoder": drive_encoder, "laser-bend": laser_bend, "spring+wear": spring_and_wear},
     **{"direction": direction},
     **{"laser-vibration": vibration, "laser-walk": lambda rng: walk(rng, alone=True)},
-    **{"clean-both": lambda rng: Case(both_ways=True), "clean-alone": lambda rng: Case(faults=Faults(alone=True))},
+    **{"clean-both": lambda rng: Case(both_ways=True), "clean-alone": lambda rng: bare("encoder")},
+    **{"nominal-even": lambda rng: bare("drive", ripple=(0.0, 0.0), hunting=0.0), "nominal": uneven},
+    **{"by-encoder": lambda rng: bare("laser"), "by-encoder-nominal": lambda rng: bare("laser drive")},
     **{"walk": walk, "u:rocking": rocking, "u:magnet": magnet, "u:bearing": bearing, "u:draft": draft},
     **{
         "cable": cable,
@@ -202,7 +220,7 @@ def fitted(name: str, seed: int, estimator: str) -> tuple[FrictionFit, np.ndarra
     rng = np.random.default_rng([seed, *name.encode()])
     mu_k, fall, p = rng.uniform([0.25, 0.12, 9.0], [0.42, 0.3, 22.0])
     case, speeds = CASES[name](rng), np.exp(rng.uniform(SLOWEST, FASTEST))
-    bench = with_drawn_constants(replace(Bench(lambda v: fall / (1 + p * v) + mu_k), **case.bent), rng)
+    bench = with_drawn_constants(replace(Bench(partial(conti, mu_k + fall, mu_k, p)), **case.bent), rng)
     if case.both_ways:
         speeds = speeds * [1, -1, 1]
     logs = foreign_logs(bench, int(rng.integers(2**31)), tuple(speeds), faults=case.faults)
@@ -219,7 +237,7 @@ def main() -> None:
     parser.add_argument("--cases", default=",".join(CASES), help="with commas; default: all")
     asked = parser.parse_args()
     for name in asked.cases.split(","):
-        exact, wrong, unexplained, errors, widths, times = 0, 0, 0, [], [], []
+        exact, wrong, unexplained, errors, widths, times, curves, whole = 0, 0, 0, [], [], [], [], []
         for seed in range(asked.seeds):
             try:
                 fit, truth, case, took = fitted(name, seed, asked.estimator)
@@ -234,12 +252,19 @@ def main() -> None:
             errors.append((fit.law_values - truth) / [parameter.total_deviation for parameter in fit.parameters])
             widths += [q.total_deviation / np.hypot(q.bound or np.nan, q.scale_deviation) for q in fit.parameters]
             times.append(took)
+            if fit.free is not None:
+                law = partial(conti, *truth)
+                seen, off = fit.free.speed >= fit.free.least, fit.free.coefficient - law(fit.free.speed)
+                curves.append(np.mean(np.abs(off[seen]) < 1.96 * fit.free.deviation[seen]))
+                whole.append(not fit.free.departures(law))
         if errors:
             held, scatter = np.mean(np.abs(errors) < 1.96), np.sqrt(np.mean(np.square(errors), axis=0))
             print(
                 f"{name:14s} fitted {len(errors):2d}  exact {exact:2d}  wrong {wrong:2d}  unexplained {unexplained:d}  "
                 f"held {100 * held:3.0f} %  error/sd {' '.join(f'{one:.2f}' for one in scatter)}  "
-                f"width {np.median(widths):.2f} {np.quantile(widths, 0.9):.2f}  CPU {np.median(times):.1f} s",
+                f"width {np.median(widths):.2f} {np.quantile(widths, 0.9):.2f}  "
+                f"curves {len(curves)} {100 * np.mean(curves or np.nan):.0f} % {sum(whole)}  "
+                f"CPU {np.median(times):.1f} s",
                 flush=True,
             )
 

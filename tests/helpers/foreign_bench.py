@@ -28,6 +28,7 @@ STATED = {
     "N": StatedQuantity(4.905, "N", 5e-3),
 }
 NOISE, STEP = 20e-6, 10e-6  # m, of the laser
+SET = 4e-3  # relative deviation of a drive's speed that is set and not recorded
 RIG = RigConstants(**{{"N": "N0"}.get(name, name): quantity for name, quantity in STATED.items()})
 
 
@@ -44,12 +45,13 @@ def with_drawn_constants(bench: Bench, rng: np.random.Generator) -> Bench:
 class Faults:
     """Of instruments. drive, body: (angle) -> what its encoder shows too much, rad; laser: (time, angle of the body) ->
     what it shows too much over R; late: time -> by how much the laser is, s; lost: times at which the body's encoder
-    loses a count, s; alone: whether the laser has no encoder beside."""
+    loses a count, s; without: instruments that there are not: "encoder", "laser", "drive" (of which the speed is known
+    to `SET`)."""
 
     drive: Callable[[np.ndarray], np.ndarray] = np.zeros_like
     body: Callable[[np.ndarray], np.ndarray] = np.zeros_like
     late: Callable[[np.ndarray], np.ndarray] = np.zeros_like
-    alone: bool = False
+    without: str = ""
     laser: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda time, angle: 0 * time
     lost: tuple[float, ...] = ()
 
@@ -65,6 +67,7 @@ def foreign_logs(
     faults = faults or Faults()
     rng = np.random.default_rng(seed)
     body, shaft, gain = Ruling(rng), Ruling(rng), 1 + 0.002 * rng.standard_normal()
+    without, speeds_set = tuple(faults.without.split()), np.random.default_rng([seed, 1])
     ticks = np.round(np.arange(round(1000 * duration) + 1) / 1000, 9)
     logs = []
     for number, speed in enumerate((*speeds, None)):
@@ -75,26 +78,25 @@ def foreign_logs(
         else:
             drive = Drive(bench, speed, duration + 0.2, rng)
             time, angle = slips_and_sticks(bench, drive, duration + 0.2, number)
-            columns |= dict(
-                zip(
-                    ("drive0_count", "drive0_edge_time"),
-                    shaft.read(drive.time, drive.angle + faults.drive(drive.angle), ticks),
-                    strict=True,
-                )
+            edges = shaft.read(drive.time, drive.angle + faults.drive(drive.angle), ticks)
+            columns |= dict(zip(("drive0_count", "drive0_edge_time"), edges, strict=True))
+            nominal = speed / (1 + SET * float(speeds_set.standard_normal()))
+            experiment = Experiment(
+                drive_speed=(speed if "drive" not in faults.without else nominal,),
+                drive_speed_uncertainty=(SET * abs(nominal),) if "drive" in faults.without else (),
             )
-            experiment = Experiment(drive_speed=(speed,))
         turned = np.interp(ticks - faults.late(ticks), time, angle)
         shown = gain * bench.R * (np.sin(turned) + faults.laser(ticks, turned)) + NOISE * rng.standard_normal(
             len(ticks)
         )
         columns |= {"laser": np.round(5 + STEP * np.round(shown / STEP) / 0.01, 9)}
-        if not faults.alone:
-            edges = body.read(time, angle + faults.body(angle), ticks)
-            columns |= dict(zip(("encoder_count", "encoder_edge_time"), edges, strict=True))
-            columns["encoder_count"] = columns["encoder_count"] - np.searchsorted(faults.lost, ticks)
+        edges = body.read(time, angle + faults.body(angle), ticks)
+        columns |= dict(zip(("encoder_count", "encoder_edge_time"), edges, strict=True))
+        columns["encoder_count"] = columns["encoder_count"] - np.searchsorted(faults.lost, ticks)
+        columns = {name: column for name, column in columns.items() if not name.startswith(without)}
         calibration = InstrumentCalibrations(
-            LaserCalibration(0.01, 5.0, 0.0, NOISE, 0.0, 10.0, gain_deviation=0.002 if faults.alone else None),
-            None if faults.alone else EncoderCalibration(1000),
+            LaserCalibration(0.01, 5.0, 0.0, NOISE, 0.0, 10.0, gain_deviation=0.002 if "encoder" in without else None),
+            EncoderCalibration(1000),
             None if speed is None else EncoderCalibration(1000),
         )
         units = {name: COLUMNS[name].unit for name in ("time", *columns)}

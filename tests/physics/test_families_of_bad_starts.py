@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from fmu_models import maps
-from fmu_models.analyses.basins import FAILED, INFINITE, basins
+from fmu_models.analyses.basins import basins
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.diagram import orbit_diagram
+from fmu_models.analyses.labels import FAILED, INFINITE
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.load import load
 from fmu_models.sections.crossing import Crossing

@@ -50,7 +50,7 @@ class Kind:
     anywhere: bool = False
     sweeps: bool = False
     axes: str = ""
-    settings: Mapping[str, float | str | None] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 def period(scene: Scene, parameters: Mapping[str, float]) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from oracle.bench import Bench
 from fmu_models.base.errors import StickslipError
 from identification.disturbances.term import DAMPING, DRIVE, FRICTION, SPRING
 from identification.disturbances.terms import terms_of
+from identification.estimators.shooting import slip_shooting
 from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
@@ -28,13 +30,17 @@ SPEEDS = (0.41, 0.83)
 Bent = dict[str, float | Callable[..., float]]
 
 
-def conti(speed: float) -> float:
+def conti(speed: Any) -> Any:
     return 0.3 / (1 + 15 * speed) + 0.35
 
 
 def logs(seed: int, faults: Faults | None = None, **bent: float | Callable[..., float]) -> list[RigLog]:
     bench = with_drawn_constants(replace(Bench(conti), **bent), np.random.default_rng(seed))
     return foreign_logs(bench, seed, SPEEDS, faults=faults)
+
+
+def lesser(seed: int, without: str, **bent: Any) -> list[RigLog]:
+    return logs(seed, Faults(without=without), **bent)
 
 
 def off(fit: FrictionFit) -> np.ndarray:
@@ -120,6 +126,44 @@ def test_a_direction_and_a_vibration_are_named() -> None:
         assert cause.name == name and cause.size == pytest.approx(size, rel=0.1)
         assert np.all(np.abs(off(fit)) < 3)
     assert "it has 37.3 Hz" in shaken.causes[0].words
+
+
+def test_an_encoder_alone_tells_friction_without_a_law_and_what_is_beside() -> None:
+    plain, bent = fit_friction(lesser(4, "laser")), fit_friction(lesser(4, "laser", k3=0.3), law_spread="none")
+    (cause,) = bent.causes
+    assert plain.causes == () and cause.name == "spring" and cause.size == pytest.approx(0.3 * 0.2**2, rel=0.25)
+    for fit in (plain, bent):
+        assert fit.free is not None and fit.free.explains and not fit.free.departures(conti)
+        assert np.all(np.abs(off(fit)) < 3)
+
+
+@pytest.mark.nightly
+def test_drives_that_nobody_recorded_are_uneven_or_not() -> None:
+    even = fit_friction(lesser(5, "drive", ripple=(0.0, 0.0), hunting=0.0))
+    uneven = fit_friction(lesser(5, "drive"))
+    assert even.causes == () and [cause.name for cause in uneven.causes] == ["drive-uneven"]
+    assert uneven.causes[0].size == pytest.approx(4e-3, rel=0.5)
+    for fit in (even, uneven):
+        seen = fit.free is not None and fit.free.speed >= fit.free.least
+        assert fit.free is not None and fit.free.explains and not fit.free.departures(conti)
+        assert np.all(np.abs(fit.free.coefficient - conti(fit.free.speed))[seen] < 3 * fit.free.deviation[seen])
+        assert np.all(np.abs(off(fit)) < 3)
+
+
+@pytest.mark.nightly
+def test_derivatives_by_what_lesser_instruments_leave_open_are_those_of_the_residuals() -> None:
+    ready = pool(lesser(6, "laser drive"))
+    slips = slips_of(ready, slip_shooting(ready)[0])
+    guess, nothing = begun(slips), np.zeros((len(slips.segments), STARTS + MODES))
+    names = {"w_1": 1e-4, "zero": 1e-4, next(name for name in slips.names if name.startswith("line_")): 1e-4}
+    for name, size in names.items():
+        place = COEFFICIENTS + slips.names.index(name)
+        step = size * np.eye(COEFFICIENTS + len(slips.names))[place]
+        ahead, behind = (slips.rows(guess.moved(sign * step, nothing, slips.names)) for sign in (1, -1))
+        expected = np.concatenate([a.residual - b.residual for a, b in zip(ahead, behind, strict=True)]) / (2 * size)
+        column = np.concatenate([row.shared[:, place] for row in slips.rows(guess)])
+        assert np.ptp(expected) > 0 or name == "zero"
+        np.testing.assert_allclose(column, expected, atol=1e-2 * np.abs(expected).max(), err_msg=name)
 
 
 @pytest.mark.nightly

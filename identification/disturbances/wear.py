@@ -5,7 +5,10 @@ from identification.disturbances.term import DisturbanceTerm, Effect
 from identification.measurement.pooled import Pool
 
 TIME = Effect(
-    "time", lambda at, order, functions: at.share**order, lambda order: f"of power {order} of the share of the log"
+    "time",
+    lambda at, order, functions: at.share**order,
+    lambda order: f"of power {order} of the share of the log",
+    width=lambda order: 0.01,
 )
 
 

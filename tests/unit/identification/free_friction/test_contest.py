@@ -176,6 +176,7 @@ def test_a_cable_that_pulls_is_named_or_said_to_be_alike() -> None:
     fit = fit_friction(logs(4, torque=cable), law_spread="none")
     (cause,) = fit.causes
     assert "pull" in (cause.name, *cause.alike) and np.all(np.abs(off(fit)) < 3)
+    assert "this would: logs at another load" in cause.sentence
 
 
 @pytest.mark.nightly

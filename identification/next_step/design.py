@@ -166,8 +166,8 @@ def design(
     stated = stated_size(fit)
     way, unseen = float(np.sign(fit.logs[0].drive_speeds[0])), bool(_reversal(fit))
     with SimulatedLogs(fit, law) as runs:
-        known, names = Knowledge(runs.shared, list(logged(runs, fit)), stated), [q.name for q in parameters_of(fit)]
-        forecast = _Forecast(known, names, duration, way, unseen)
+        known = Knowledge(runs.shared, "encoder_lines" in fit.sensors, list(logged(runs, fit)), stated)
+        forecast = _Forecast(known, [q.name for q in parameters_of(fit)], duration, way, unseen)
         results, grid = [], [(w, N) for N in loaded_by for w in tried]
         seen: dict[tuple[float, float], SeenLog] = {}
         for number, (w, N) in enumerate(grid):
@@ -189,6 +189,11 @@ def design(
     now, index = forecast.deviations(), _index(forecast.precision(()))
     advice = _advice(best_first, now, index, duration) + _together(plan, duration)
     advice += _constants(fit, best_first[0].deviations) + _holds(fit) + _reversal(fit)
+    if fit.causes:
+        advice += (
+            f" Foretold as if {', '.join(cause.name for cause in fit.causes)} were known: estimated in the log to come "
+            "too, they leave larger deviations."
+        )
     if not np.allclose(loaded_by, rig.N):
         advice += " Logs of another normal force cannot be pooled with those that were made: fit them by themselves."
     return Design(best_first, now, index, duration, advice, plan)

@@ -160,15 +160,16 @@ class SimulatedLogs:
 
 
 class Knowledge:
-    """What logs tell together. shared: deviations of what all have in common, by name; logged: those that were fitted;
-    stated: mean ln of the deviations that they left.
+    """What logs tell together. shared: deviations of what all have in common, by name; by_encoder: whether an encoder
+    gave these, or they are what the slips too have left; logged: those that were fitted; stated: mean ln of the
+    deviations that they left.
 
     Raises:
         StickslipError: the fitted model does not stick and slip in them.
     """
 
-    def __init__(self, shared: Mapping[str, float], logged: Logs, stated: float) -> None:
-        self.logged, self.shared = logged, shared
+    def __init__(self, shared: Mapping[str, float], by_encoder: bool, logged: Logs, stated: float) -> None:
+        self.logged, self.shared, self.by_encoder = logged, shared, by_encoder
         self.count = len(logged[0][0].information) - len(self.shared)
         information = np.asarray(sum(shown.over(lasts, 1.0) for shown, lasts, _ in logged))
         if not determines(information[: self.count, : self.count]):
@@ -182,7 +183,8 @@ class Knowledge:
         from scipy.optimize import brentq
 
         def excess(logarithm: float) -> float:
-            return _size(self._of_law(np.exp(logarithm) * information, self.logged)) - stated
+            matrix = np.exp(logarithm) * information
+            return _size(self._of_law(matrix, self._beforehand(matrix))) - stated
 
         least = 2 * (_size(information[: self.count, : self.count]) - stated)
         # what logs share leaves a part that no precision of samples lowers; where there is no more this hardly counts
@@ -193,16 +195,31 @@ class Knowledge:
     def with_logs(self, logs: Logs = ()) -> np.ndarray:
         """Precision (m, m) of the law with these logs beside the fitted ones."""
         every = [*self.logged, *logs]
-        return self._of_law(sum(shown.over(lasts, self.precision) for shown, lasts, _ in every), every)
+        before, after = (self._information(some) for some in (self.logged, every))
+        known = self._beforehand(before)
+        if self.by_encoder and "gain" in self.shared:
+            known[0] *= _told_lines(every) / _told_lines(self.logged)
+        return self._of_law(after, known)
 
-    def _of_law(self, information: np.ndarray | int, logs: Logs) -> np.ndarray:
-        """Precision (m, m) of the law, from information of law and what logs share."""
+    def _information(self, logs: Logs) -> np.ndarray:
+        return np.asarray(sum(shown.over(lasts, self.precision) for shown, lasts, _ in logs))
+
+    def _beforehand(self, information: np.ndarray) -> np.ndarray:
+        """Precision (k,) of what logs share without the slips, which have this information."""
+        known = np.array([1 / sd**2 for sd in self.shared.values()])
+        if self.by_encoder:
+            return known
         law, shared = slice(0, self.count), slice(self.count, None)
-        matrix, known = np.asarray(information), {name: 1 / sd**2 for name, sd in self.shared.items()}
-        if "gain" in known:
-            known["gain"] *= _told_lines(logs) / _told_lines(self.logged)
-        others = matrix[shared, shared] + np.diag(list(known.values()))
-        return matrix[law, law] - matrix[law, shared] @ np.linalg.solve(others, matrix[shared, law])
+        told = information[shared, shared] - information[shared, law] @ np.linalg.solve(
+            information[law, law], information[law, shared]
+        )
+        return np.maximum(known - np.diag(told), 0.0)
+
+    def _of_law(self, information: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """Precision (m, m) of the law, from information of law and of what logs share, known so well beforehand."""
+        law, shared = slice(0, self.count), slice(self.count, None)
+        others = information[shared, shared] + np.diag(known)
+        return information[law, law] - information[law, shared] @ np.linalg.solve(others, information[shared, law])
 
 
 def _size(precision: np.ndarray) -> float:
@@ -225,8 +242,7 @@ def _told_lines(logs: Logs) -> float:
 
 
 def _shared(fit: FrictionFit) -> dict[str, float]:
-    """Deviations of gain (relative) and delay (s) of the laser, as known without the slips; nothing where there is no
-    doubt of them."""
+    """Deviations of gain (relative) and delay (s) of the laser; nothing where there is no doubt of them."""
     beside = {parameter.name: parameter.standard_deviation for parameter in fit.nuisance}
     deviations = {
         "gain": fit.sensors.get("laser_gain_correction_sd") or beside.get("laser", 0.0),

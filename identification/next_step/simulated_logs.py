@@ -29,7 +29,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.segment_runs import STARTS
 from identification.fit.parts import FittedParameter
 from identification.fit.result import FrictionFit
-from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
+from identification.fitted_model.model import FittedModel, SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.problem import determines
 from identification.laws import FittableLaw
 from identification.measurement.slip_segments import THRESHOLD, stretches
@@ -125,10 +125,17 @@ class SimulatedLogs:
             return replace(seen, information=nothing, refused=f"no stick if it is {100 * (FASTER - 1):.0f} % faster")
         return seen
 
+    def slides_on(self, w: float, N: float) -> bool:
+        """Whether steady sliding is stable."""
+        sliding = self._model(N).sliding({self.fit.contacts[0]: w})
+        return sliding is not None and sliding.damping > 0
+
+    def _model(self, N: float) -> FittedModel:
+        return self.model.with_parameters(fmu_parameters(loaded(self.fit, N)))
+
     def motion(self, w: float, N: float, **how: object) -> SimulatedMotion:
         """The motion at a drive speed and load."""
-        model = self.model.with_parameters(fmu_parameters(loaded(self.fit, N)))
-        return model.run({self.fit.contacts[0]: w}, self.span, 1 / RATE, **how)  # type: ignore[reportArgumentType]
+        return self._model(N).run({self.fit.contacts[0]: w}, self.span, 1 / RATE, **how)  # type: ignore[reportArgumentType]
 
     def _sticks(self, motion: SimulatedMotion) -> bool:
         return bool(np.any(motion.states[self.fit.contacts[0]] == 0))
@@ -160,15 +167,16 @@ class SimulatedLogs:
 
 
 class Knowledge:
-    """What logs tell together. shared: deviations of what all have in common, by name; logged: those that were fitted;
-    stated: mean ln of the deviations that they left.
+    """What logs tell together. shared: deviations of what all have in common, by name; by_encoder: whether an encoder
+    gave these, or they are what the slips too have left; logged: those that were fitted; stated: mean ln of the
+    deviations that they left.
 
     Raises:
         StickslipError: the fitted model does not stick and slip in them.
     """
 
-    def __init__(self, shared: Mapping[str, float], logged: Logs, stated: float) -> None:
-        self.logged, self.shared = logged, shared
+    def __init__(self, shared: Mapping[str, float], by_encoder: bool, logged: Logs, stated: float) -> None:
+        self.logged, self.shared, self.by_encoder = logged, shared, by_encoder
         self.count = len(logged[0][0].information) - len(self.shared)
         information = np.asarray(sum(shown.over(lasts, 1.0) for shown, lasts, _ in logged))
         if not determines(information[: self.count, : self.count]):
@@ -182,7 +190,8 @@ class Knowledge:
         from scipy.optimize import brentq
 
         def excess(logarithm: float) -> float:
-            return _size(self._of_law(np.exp(logarithm) * information, self.logged)) - stated
+            matrix = np.exp(logarithm) * information
+            return _size(self._of_law(matrix, self._beforehand(matrix))) - stated
 
         least = 2 * (_size(information[: self.count, : self.count]) - stated)
         # what logs share leaves a part that no precision of samples lowers; where there is no more this hardly counts
@@ -193,16 +202,31 @@ class Knowledge:
     def with_logs(self, logs: Logs = ()) -> np.ndarray:
         """Precision (m, m) of the law with these logs beside the fitted ones."""
         every = [*self.logged, *logs]
-        return self._of_law(sum(shown.over(lasts, self.precision) for shown, lasts, _ in every), every)
+        before, after = (self._information(some) for some in (self.logged, every))
+        known = self._beforehand(before)
+        if self.by_encoder and "gain" in self.shared:
+            known[0] *= _told_lines(every) / _told_lines(self.logged)
+        return self._of_law(after, known)
 
-    def _of_law(self, information: np.ndarray | int, logs: Logs) -> np.ndarray:
-        """Precision (m, m) of the law, from information of law and what logs share."""
+    def _information(self, logs: Logs) -> np.ndarray:
+        return np.asarray(sum(shown.over(lasts, self.precision) for shown, lasts, _ in logs))
+
+    def _beforehand(self, information: np.ndarray) -> np.ndarray:
+        """Precision (k,) of what logs share without the slips, which have this information."""
+        known = np.array([1 / sd**2 for sd in self.shared.values()])
+        if self.by_encoder:
+            return known
         law, shared = slice(0, self.count), slice(self.count, None)
-        matrix, known = np.asarray(information), {name: 1 / sd**2 for name, sd in self.shared.items()}
-        if "gain" in known:
-            known["gain"] *= _told_lines(logs) / _told_lines(self.logged)
-        others = matrix[shared, shared] + np.diag(list(known.values()))
-        return matrix[law, law] - matrix[law, shared] @ np.linalg.solve(others, matrix[shared, law])
+        told = information[shared, shared] - information[shared, law] @ np.linalg.solve(
+            information[law, law], information[law, shared]
+        )
+        return np.maximum(known - np.diag(told), 0.0)
+
+    def _of_law(self, information: np.ndarray, known: np.ndarray) -> np.ndarray:
+        """Precision (m, m) of the law, from information of law and of what logs share, known so well beforehand."""
+        law, shared = slice(0, self.count), slice(self.count, None)
+        others = information[shared, shared] + np.diag(known)
+        return information[law, law] - information[law, shared] @ np.linalg.solve(others, information[shared, law])
 
 
 def _size(precision: np.ndarray) -> float:
@@ -225,8 +249,7 @@ def _told_lines(logs: Logs) -> float:
 
 
 def _shared(fit: FrictionFit) -> dict[str, float]:
-    """Deviations of gain (relative) and delay (s) of the laser, as known without the slips; nothing where there is no
-    doubt of them."""
+    """Deviations of gain (relative) and delay (s) of the laser; nothing where there is no doubt of them."""
     beside = {parameter.name: parameter.standard_deviation for parameter in fit.nuisance}
     deviations = {
         "gain": fit.sensors.get("laser_gain_correction_sd") or beside.get("laser", 0.0),

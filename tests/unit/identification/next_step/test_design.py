@@ -12,6 +12,7 @@ from oracle.bench import Bench, Drive, slips_and_sticks
 
 from fmu_models.base.errors import StickslipError
 from identification.fit.fit import fit_friction
+from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.measurement.pooled import Pool
 from identification.measurement.pooling import pool
@@ -71,13 +72,20 @@ def test_what_all_logs_share_is_known_no_better_for_another() -> None:
     slow, fast = (np.column_stack([time, np.ones(20)]) for time in (np.linspace(0, 0.1, 20), np.linspace(-1, 1, 20)))
     alone = np.linalg.inv(slow.T @ slow / noise**2 + np.diag([0, of_gain**-2]))[0, 0]
     first, second = ((SeenLog(row.T @ row, 0.0, angles=(0.1, 0.2)), 1.0, 1.0) for row in (slow, fast))
-    known = Knowledge({"gain": of_gain}, [first], float(np.log(alone)) / 2)
+    known = Knowledge({"gain": of_gain}, True, [first], float(np.log(alone)) / 2)
     assert known.precision == pytest.approx(noise**-2)
     for sign, lines in ((1.0, 1.0), (-1.0, 2.0)):  # the same range, or as much beside
         both = np.linalg.inv((slow.T @ slow + fast.T @ fast) / noise**2 + np.diag([0, lines * of_gain**-2]))[0, 0]
         assert known.with_logs([(second[0], 1.0, sign)]) == pytest.approx(1 / both)
     of_law = [(replace(one, information=one.information[:1, :1]), 1.0, 1.0) for one, _, _ in (first, second)]
-    without = Knowledge({}, of_law[:1], float(np.log(alone)) / 2)
+    # without an encoder the fit states what the slips too have left of the gain
+    matrix = (slow.T @ slow) / noise**2 + np.diag([0, of_gain**-2])
+    left = float(np.sqrt(np.linalg.inv(matrix)[1, 1]))
+    other = Knowledge({"gain": left}, False, [first], float(np.log(alone)) / 2)
+    both = np.linalg.inv(matrix + fast.T @ fast / noise**2)[0, 0]
+    assert other.precision == pytest.approx(noise**-2)
+    assert other.with_logs([(second[0], 1.0, -1.0)]) == pytest.approx(1 / both)
+    without = Knowledge({}, True, of_law[:1], float(np.log(alone)) / 2)
     assert without.with_logs(of_law[1:])[0, 0] < 0.5 * known.with_logs([second])[0, 0]
 
 
@@ -161,13 +169,12 @@ def test_a_plan_is_the_best_of_all_that_could_be_made(fit: FrictionFit) -> None:
     """Each pair of three drives, one after the other: none leaves smaller deviations, and more logs leave less."""
     speeds = [0.3, 0.83, 2.1]
     found = design(fit, speeds=speeds, logs=2)
-    (first, second), sizes = found.plan.logs, {}
+    (first, second), gains = found.plan.logs, {}
     for pair in combinations_with_replacement(speeds, 2):
-        sizes[pair] = design(fit, speeds=sorted(set(pair)), logs=2).plan.logs[-1].size
-    assert second.size == pytest.approx(min(sizes.values()))
+        gains[pair] = design(fit, speeds=sorted(set(pair)), logs=2).plan.logs[-1].gain
+    assert second.gain == pytest.approx(max(gains.values()))
     assert first.deviations == pytest.approx(found.candidates[0].deviations)
-    repeated = float(np.mean(np.log([*found.plan.repeated.values()])))
-    assert second.size < first.size and second.size < repeated
+    assert second.gain > first.gain and all(sd < found.plan.repeated[name] for name, sd in second.deviations.items())
     # both ways, since there is no free decay, and the logs were made in one
     assert (first.drive_speed < 0) != (second.drive_speed < 0) and first.drive_speed < 0
     for one in found.plan.logs:
@@ -193,6 +200,9 @@ def test_what_no_log_lowers_is_said_with_the_constant_to_measure(fit: FrictionFi
     doubted = replace(fit, constants=constants, parameters=parameters)
     advice = design(doubted, speeds=[0.83]).advice
     assert "the constants of the rig leave mu_k 0.020, which no log lowers: measure r better" in advice
+    named = replace(doubted, causes=(Cause("wear", "it wears", 0.01, "1", 50.0, 1e-6),))
+    assert "Foretold as if wear were known" in design(named, speeds=[0.83]).advice
+    assert "were known" not in advice
     known = replace(fit, parameters=tuple(replace(q, scale_deviation=0.0) for q in fit.parameters))
     assert "no log lowers" not in design(known, speeds=[0.83]).advice
 

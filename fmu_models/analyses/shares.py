@@ -129,7 +129,7 @@ class BasinShares(Pictured):
         z2, n, p = CONFIDENT**2, self.starts, self.shares
         middle = (p + z2 / (2 * n)) / (1 + z2 / n)
         half = CONFIDENT * np.sqrt(p * (1 - p) / n + z2 / (4 * n**2)) / (1 + z2 / n)
-        return np.maximum(middle - half, 0.0), np.minimum(middle + half, 1.0)
+        return np.where(p > 0.0, np.maximum(middle - half, 0.0), 0.0), np.where(p < 1.0, middle + half, 1.0)
 
     @property
     def frame(self) -> "pandas.DataFrame":

@@ -81,7 +81,8 @@ def conclude(
     bound = None if inference.bound is None else among(inference.bound, free)
     unknowns = _parameters(problem, solution, (covariance, white, bound), scale)
     parameters = unknowns[:count]
-    nuisance = tuple(unknown for unknown in unknowns[count:] if not unknown.name.startswith(LINE))
+    many = {term.name for term in problem.terms if term.random}
+    nuisance = tuple(one for one in unknowns[count:] if not one.name.startswith(LINE) and one.name not in many)
     rows = problem.rows(solution.values)
     segments = len(np.unique(solution.evaluation.cluster))
     return FrictionFit(

@@ -97,9 +97,9 @@ def contest(
     with np.errstate(all="ignore"):  # a search from far off may try what no motion follows
         guess = begun(bare)
         misfit = bare.squares(guess) / samples
-        if misfit < ASTRAY:
-            field = replace(field, evident=())
-        elif field.evident:
+        if misfit < ASTRAY:  # only what has a size that is known
+            field = replace(field, evident=tuple(name for name in field.evident if not field.count(name)))
+        if field.evident:
             bare = field.slips(bare, field.evident)
             guess = begun(bare)
             misfit = bare.squares(guess) / samples
@@ -129,7 +129,7 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
         try:
             ahead = solved(table.moved(better), better)
             followed = follows(*ahead[:2], slips.squares(guess))
-            if not (followed and np.isfinite(ahead[-1].likelihood(better))):
+            if not (followed and ahead[-1].worth(better) > table.worth(chosen) - GAIN):
                 break
         except np.linalg.LinAlgError:  # likely to first order only: with it slips are not followed
             break
@@ -199,6 +199,10 @@ class _Field:
         both = {frozenset((name, one.same_as)) for name, one in disturbances.items() if one.same_as}
         both |= {frozenset((name, one.mimics)) for name, one in disturbances.items() if one.mimics}
         return cls(columns, terms, frozenset(both), tuple(name for name, one in disturbances.items() if one.evident))
+
+    def count(self, name: str) -> int:
+        """Columns of a candidate whose size nothing tells beforehand."""
+        return len(self.columns[name]) - sum(term.random for term in self.terms.get(name, ()))
 
     def slips(self, bare: Slips, chosen: Sequence[str]) -> Slips:
         """Slips with the columns of these candidates, those that they have among them."""
@@ -270,7 +274,7 @@ class _Table:
 
     def worth(self, chosen: Sequence[str]) -> float:
         """ln L of a set less the price of its size; a set of as many columns as half of the slips is worth nothing."""
-        if 2 * (sum(len(self.field.columns[name]) for name in chosen) + 1) > len(self.slips.segments):
+        if 2 * (sum(map(self.field.count, chosen)) + 1) > len(self.slips.segments):
             return -np.inf
         return self.likelihood(chosen) - len(chosen) * float(np.log(len(self.field.columns)))
 
@@ -291,6 +295,8 @@ class _Table:
             if self.worth((*chosen, *pair)) > above + GAIN:
                 best = (*chosen, *pair)
         for name in chosen:
+            if name in self.field.evident and not self.field.count(name):  # others than slips show it, and how large
+                continue
             others = tuple(one for one in best if one != name)
             if self.worth(best) < self.worth(others) + GAIN:
                 best = others

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from fmu_models.analyses.reduced_map import reduced_map as reduced_map
     from fmu_models.analyses.rotation import rotation_number as rotation_number
     from fmu_models.analyses.section import poincare_section as poincare_section
+    from fmu_models.analyses.shares import basin_shares as basin_shares
+    from fmu_models.analyses.shock import least_shock as least_shock
     from fmu_models.analyses.spectrum import spectrum as spectrum
     from fmu_models.base.errors import StickslipError as StickslipError
     from fmu_models.codegen.package import export as export

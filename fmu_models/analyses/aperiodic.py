@@ -138,8 +138,10 @@ def _points(runner: Runner, start: Vector, steps: int) -> Vector:
 
 def is_quasi_periodic(system: SectionSystem, points: Vector) -> bool:
     """Whether points (k, n), one after the other, are those of a smooth motion of several frequencies."""
+    if len(points) < 2:
+        return False
     signals = _signals(system, points)
-    if len(signals) < 2 or not signals.shape[1]:
+    if not signals.shape[1]:
         return False
     return digits(signals) >= DIGITS and FILLED + system.autonomous < dimension(signals) < MOST_FILLED
 

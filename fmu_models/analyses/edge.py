@@ -19,8 +19,9 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 import scipy.linalg
 
+from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.declaration import NO_NUMBERS, Analysis, Numbers, Option
-from fmu_models.analyses.labels import Labeller, watched
+from fmu_models.analyses.labels import FAILED, Labeller, watched
 from fmu_models.analyses.unforced import LONGEST, MOST, Equilibrium, LimitCycle, rates, section_through
 from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
@@ -40,6 +41,7 @@ PUSH = 1e-4  # to both sides of an edge state, in sizes of the states
 STRETCH, SAMPLES = 16, 5  # steps of the border along which a cycle is looked for, and samples in each
 TURNS = 8  # of a cycle of what nothing forces, at its section, at most
 LABELS = 1000
+NOWHERE = (UNDECIDED, FAILED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +199,7 @@ class Border:
         first, second = (int(label) for label in (labeller.label(pair).labels if sides is None else sides))
         self.sides = first, second
         self.path: list[Vector] = []
-        if first == second or min(self.sides) == -1:
+        if first == second or first in NOWHERE or second in NOWHERE:
             raise StickslipError(
                 f"The starts of {self.system.name} come to '{self.words[0]}' and '{self.words[1]}': no border of two "
                 "basins is known to lie between them. Choose starts that come to different attractors; basins shows "
@@ -233,7 +235,7 @@ class Border:
                 return False
             self.progress(self.labeller.count / self.most)
             label = int(self.labeller.label(middle[None]).labels[0])
-            if label == -1:
+            if label in NOWHERE:
                 return False
             # a third attractor takes the place of the second one
             k = 0 if label == self.sides[0] else 1

@@ -8,6 +8,7 @@ chunks are ahead of the one that is waited for than workers need.
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import os
 from collections import deque
@@ -92,6 +93,7 @@ class Runner:
                 if execution.store is not None:  # without one nobody asks later which system it was
                     raise
         self.store: Store | None = None
+        self.held: dict[str, float] = {}
         self.cluster: Cluster | Processes | None = None
         if execution.store is not None:
             self.store = Store.open(Path(execution.store), self.provenance, execution.resume, execution.overwrite)
@@ -115,6 +117,12 @@ class Runner:
             self.store.finish(result.to_xarray())
         return result
 
+    def holding(self, **values: float) -> Self:
+        """The same who makes them, of runs at other values of parameters, which are not stored."""
+        runner = copy.copy(self)
+        runner.held, runner.store = values, None
+        return runner
+
     def make(self, jobs: Jobs, *, quiet: bool = False) -> RunRows:
         """All rows at once; ``quiet``: without a word of progress."""
         chunks: list[RunRows] = []
@@ -135,6 +143,8 @@ class Runner:
             StickslipError: values that parameters cannot have, and as ``run`` does; KeyboardInterrupt ends all threads
                 within a step.
         """
+        held = {name: np.full(len(jobs), value) for name, value in self.held.items()}
+        jobs = dataclasses.replace(jobs, varied={**held, **jobs.varied}) if held else jobs
         for name, values in jobs.varied.items():
             self.system.check(name, values)
         chunks = jobs.chunks(self.system.together, self.system.pace, far=bool(self.store or self.cluster))

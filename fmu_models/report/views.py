@@ -16,6 +16,8 @@ from fmu_models.analyses.labels import FAILED, INFINITE
 from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.analyses.reduced_map import ReducedMap
 from fmu_models.analyses.section import PoincareSection
+from fmu_models.analyses.shares import BasinShares
+from fmu_models.analyses.shock import LeastShock
 from fmu_models.analyses.spectrum import Spectrum
 from fmu_models.base.shown import draw, tell
 from fmu_models.report.branch_views import draw_branches, legend_below, with_unit
@@ -227,10 +229,45 @@ def _(result: EdgeState, axes: Axes) -> None:
     axes.legend(frameon=False)
 
 
+@draw.register(LeastShock)
+def _(result: LeastShock, axes: Axes) -> None:
+    """The shock in the first two states, and all shocks of its norm where both are struck."""
+    columns = (0, min(1, len(result.states) - 1))
+    x, y = columns
+    at, end = ((float(numbers[x]), float(numbers[y])) for numbers in (result.point, result.point + result.shock))
+    weights = [result.weights.get(result.states[i], np.inf) for i in columns]
+    angles = np.linspace(0.0, 2.0 * np.pi, 200)
+    circle = (place + result.size * f(angles) / w for place, f, w in zip(at, (np.cos, np.sin), weights, strict=True))
+    axes.plot(*circle, color="0.7", linewidth=0.8, label=f"norm {result.size:.6g}{', at most' * result.upper_bound}")
+    axes.annotate("", end, at, arrowprops={"arrowstyle": "->"})
+    axes.plot(*at, "o", color="black", label=result.comes_from)
+    axes.set(**{f"{k}label": with_unit(result.states[i], result.units) for k, i in zip("xy", columns, strict=True)})
+    axes.set_title(f"{result.model}, to {result.leads_to}", fontsize="medium")
+    axes.legend(frameon=False)
+
+
+@draw.register(BasinShares)
+def _(result: BasinShares, axes: Axes) -> None:
+    """Shares over the parameter with their 95 % intervals, and dotted lines where attractors begin and end."""
+    for k, name in enumerate(result.names):
+        there = result.counts[:, k] > 0
+        if there.any():
+            colour, share = COLOURS[k % len(COLOURS)], np.where(there, result.shares[:, k], np.nan)
+            axes.plot(result.values, share, ".-", color=colour, markersize=3, linewidth=0.8, label=name)
+            axes.fill_between(
+                result.values, result.low[:, k], result.high[:, k], where=there, color=colour, alpha=0.2, linewidth=0.0
+            )
+    for tip in result.tips:
+        axes.axvline(tip.value, color="0.5", linestyle=":", linewidth=0.8)
+    axes.set(xlabel=with_unit(result.over, result.units), ylabel="share of the starts", ylim=(-0.02, 1.02))
+    axes.set_title(result.model, fontsize="medium")
+    axes.legend(title="attractor", frameon=False, fontsize="small")
+
+
 @tell.register(Diagram)
 def _(diagram: Diagram) -> str:
     return repr(diagram) if diagram.branches is None else f"{diagram!r}\n{tell(diagram.branches)}"
 
 
-for kind in (EdgeState, ReducedMap, Basins, Chart, Spectrum, Exponents, PoincareSection):
+for kind in (BasinShares, EdgeState, LeastShock, ReducedMap, Basins, Chart, Spectrum, Exponents, PoincareSection):
     tell.register(kind, repr)

@@ -22,7 +22,8 @@ def design(
     fitted: FitFile,
     speeds: Annotated[str | None, typer.Option(help="Drive speeds to try, rad/s, separated by commas.")] = None,
     loads: Annotated[str | None, typer.Option(help="Normal forces to try, N, separated by commas.")] = None,
-    duration: Annotated[float, typer.Option(help="Of the log to come, s.")] = 20.0,
+    duration: Annotated[float, typer.Option(help="Of each log to come, s.")] = 20.0,
+    logs: Annotated[int | None, typer.Option(help="How many logs of a rig to plan together.")] = None,
     *,
     any_model: OfCalibration,
     overwrite: console.Overwrite = False,
@@ -35,6 +36,8 @@ def design(
 
     Example: stickslip design fit.json
 
+    Example: stickslip design fit.json --logs 4 --duration 30
+
     Example: stickslip design pump.json --try w=10,20,40 --try p0=0.5,1 --for c
 
     Example: stickslip design pump.json --input u=-1:1 --within p0=0.5:2 --for c -o u.csv
@@ -43,7 +46,7 @@ def design(
     from identification.fit.result import read_fit
 
     if is_calibration(fitted):
-        refuse("any model", "a rig", {"speeds": speeds, "loads": loads})
+        refuse("any model", "a rig", {"speeds": speeds, "loads": loads, "logs": logs})
         design_calibration(fitted, any_model, duration, overwrite, json)
         return
     refuse("a rig", "any model", any_model.given())
@@ -53,13 +56,15 @@ def design(
     given = {"speeds": speeds, "loads": loads}
     asked = {name: None if text is None else numbers(text, f"--{name}") for name, text in given.items()}
     with console.progress("simulating candidates") as advance:
-        found = designed(fit, **asked, duration=duration, progress=advance)
+        found = designed(fit, **asked, duration=duration, logs=1 if logs is None else logs, progress=advance)
     console.say(json, found.to_dict(), lambda out: _print_design(found, out))
 
 
 def _print_design(found: Design, out: console.Console) -> None:
-    from identification.report.tables import design_table
+    from identification.report.tables import design_table, plan_table
 
+    if len(found.plan.logs) > 1:
+        out.print(plan_table(found))
     out.print(design_table(found))
     refused = [candidate for candidate in found.candidates if candidate.refused is not None]
     for reason in dict.fromkeys(one.refused for one in refused):

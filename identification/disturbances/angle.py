@@ -25,10 +25,14 @@ def _angles(ready: Pool) -> np.ndarray:
     return np.concatenate([segment.angle for segment in ready.segments])
 
 
-def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:
+def middle_of_slips(ready: Pool) -> float:
+    """Angle in the middle of all slips, rad."""
     angles = _angles(ready)
-    middle = round(0.5 * float(angles.min() + angles.max()), 2)
-    return [DisturbanceTerm(f"angle{order}", POWER, order, None, middle) for order in POWERS]
+    return round(0.5 * float(angles.min() + angles.max()), 2)
+
+
+def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:
+    return [DisturbanceTerm(f"angle{order}", POWER, order, None, middle_of_slips(ready)) for order in POWERS]
 
 
 def _hidden(ready: Pool) -> str:
@@ -47,7 +51,7 @@ def _hidden(ready: Pool) -> str:
 
 
 DISTURBANCE = Disturbance(
-    words="friction depends on the angle of the body (a worn or dirty place), or something pulls at the body there",
+    words="friction depends on the angle of the body (a worn or dirty place)",
     terms=_terms,
     hidden=_hidden,
     rank=2,

@@ -29,11 +29,9 @@ from identification.free_friction.result import COEFFICIENTS
 from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, Slips
 from identification.laws import find_law
 from identification.laws.law import FittableLaw
-from identification.measurement.presliding import presliding
 
 SHARE = 1e-3  # by which values and logarithms are moved for a derivative
 CREEP = 0.02  # m/s, up to which sticks are followed
-SOFT = 1e-5  # m/N, of a contact that gives way in stick by more than sensors leave open
 
 
 @dataclass(eq=False)
@@ -51,8 +49,8 @@ class Releases:
         ready = slips.ready
         if slips.terms or any(motion.passes is not None for motion in ready.motions):
             return None
-        sticks, elastic = sticks_of(ready), presliding(ready, np.inf)
-        if sticks is None or (elastic is not None and elastic.compliance > SOFT):
+        sticks = sticks_of(ready)
+        if sticks is None or slips.soft:
             return None
         return cls(slips, sticks, np.zeros((0, 2)))
 

@@ -38,13 +38,14 @@ from identification.free_friction.curve import (
 )
 from identification.free_friction.evidence import Evidence
 from identification.free_friction.result import COEFFICIENTS, FreeFriction
-from identification.free_friction.slips import WRONG, Guess, Slips
+from identification.free_friction.slips import AHEAD, WRONG, YIELDS, Guess, Slips
 from identification.inference.uncertainty import autocorrelation
 from identification.measurement.pooled import Pool
 
 ASTRAY = 4.0  # times the squares of the noise: slips that even an unexplained torque does not follow
 GAIN = 3.0  # of ln L, beyond what a candidate costs
 BESIDE = 200.0  # of 2 ln L, that an explanation adds which leaves something unexplained: less is the best of a list
+MICRO_SLIP = "micro-slip"  # of a contact that gives way in stick, as the fit says anyway
 COLOURED = 4.0  # standard deviations of the correlation of neighbours, by which what is left is no noise
 PRICE = 1.5  # of ln L, of a torque that nothing explains
 PAIRED = 7  # of single candidates, whose pairs are tried
@@ -92,8 +93,8 @@ def contest(
     """
     if len(ready.contacts) != 1:
         return None
-    field = _Field.of(ready, named)
     bare, samples = slips_of(ready, segments), sum(len(segment.time) for segment in segments)
+    field = _Field.of(ready, named, bare.soft > 0)
     with np.errstate(all="ignore"):  # a search from far off may try what no motion follows
         guess = begun(bare)
         misfit = bare.squares(guess) / samples
@@ -114,12 +115,14 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
     chosen = field.evident if named is None else tuple(field.columns)
     every, noise = field.slips(bare, tuple(field.columns)), _neighbours(bare, guess)
 
-    def solved(guess: Guess, chosen: tuple[str, ...]) -> tuple[Slips, Guess, float, _Table]:
+    def solved(
+        guess: Guess, chosen: tuple[str, ...], near: tuple[float, float] | None = None
+    ) -> tuple[Slips, Guess, float, float, _Table]:
         slips = field.slips(bare, chosen)
-        guess, tau = settled(slips, guess)
-        return slips, guess, tau, _Table(field, every, guess, chosen)
+        guess, tau, followed = settled(slips, guess, near)
+        return slips, guess, tau, followed, _Table(field, every, guess, chosen)
 
-    slips, guess, tau, table = solved(guess, chosen)
+    slips, guess, tau, widest, table = solved(guess, chosen)
     first = guess, tau
     if named is not None and not named:
         return _verdict(slips, guess, tau)
@@ -127,13 +130,15 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
     while named is None and len(seen) <= ROUNDS and frozenset(better := table.better()) not in seen:
         seen.add(frozenset(better))
         try:
-            ahead = solved(table.moved(better), better)
+            moved, near = table.moved(better)
+            ahead = solved(moved, better, (near, widest))
             followed = follows(*ahead[:2], slips.squares(guess))
-            if not (followed and ahead[-1].worth(better) > table.worth(chosen) - GAIN):
+            # what is taken away may cost up to `GAIN`, what is added must gain where it is solved too
+            if not followed or not ahead[-1].worth(better) > table.worth(chosen) - GAIN * (len(better) < len(chosen)):
                 break
         except np.linalg.LinAlgError:  # likely to first order only: with it slips are not followed
             break
-        (slips, guess, tau, table), chosen = ahead, better
+        (slips, guess, tau, widest, table), chosen = ahead, better
     found = [table.explanation(slips, name) for name in chosen if name in field.terms]
     sought = [finding for finding in found if finding.name not in field.evident]
     if named is None and sought:
@@ -144,8 +149,9 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
         if listed:  # the best of a list, no explanation
             return _verdict(bare, *first, [finding for finding in found if finding not in sought])
     wrong = {}
-    for name in (name for name in chosen if name not in field.terms):
-        for one in (name, *(one for one in table.alike(name) if one not in field.terms)):
+    constants = {name for name in field.columns if name not in field.terms} - {MICRO_SLIP}
+    for name in (name for name in chosen if name in constants):
+        for one in (name, *(one for one in table.alike(name) if one in constants)):
             off = guess.shared[name + WRONG] if one == name else table.value(one, one + WRONG, without=name)
             wrong[one] = off, float(np.sqrt(2 * max(table.lead(name), 0.0)))
     return _verdict(slips, guess, tau, sorted(found, key=lambda finding: -finding.gain), wrong)
@@ -182,8 +188,8 @@ class _Field:
     evident: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, ready: Pool, named: Sequence[str] | None) -> _Field:
-        """Of what logs can show, or of what is named."""
+    def of(cls, ready: Pool, named: Sequence[str] | None, soft: bool) -> _Field:
+        """Of what logs can show, or of what is named. soft: whether the contact gives way in stick."""
         disturbances = {name: one for name, one in ranked(named).items() if named is not None or not one.hidden(ready)}
         terms = {name: tuple(term for term in terms_of(ready, [name]) if term.cause == name) for name in disturbances}
         stated = {"gain", *(prior.name for prior in ready.priors)}
@@ -196,6 +202,7 @@ class _Field:
         }
         if named is None:
             columns |= {prior.name: (prior.name + WRONG,) for prior in ready.priors if prior.name in OFF}
+        columns |= {MICRO_SLIP: (YIELDS, AHEAD)} if soft else {}
         both = {frozenset((name, one.same_as)) for name, one in disturbances.items() if one.same_as}
         both |= {frozenset((name, one.mimics)) for name, one in disturbances.items() if one.mimics}
         return cls(columns, terms, frozenset(both), tuple(name for name, one in disturbances.items() if one.evident))
@@ -260,13 +267,13 @@ class _Table:
         values, columns = self.guess.values(self.slips.names), np.union1d(moving, held)
         return (gram.least(known, values, columns) for gram in self._grams)
 
-    def moved(self, chosen: Sequence[str]) -> Guess:
-        """The guess with a set, to first order, from where it is sought; nothing is left of what is taken away."""
-        *_, least = self._least(chosen)
+    def moved(self, chosen: Sequence[str]) -> tuple[Guess, float]:
+        """The guess with a set, to first order, and its tau; nothing is left of what is taken away."""
+        least, tau = max(zip(self._least(chosen), TAUS, strict=True), key=lambda one: one[0].likelihood)
         guess = self.guess.moved(least.step, least.local, self.slips.names)
         kept = {column for name in chosen for column in self.field.columns[name]}
         others = {column for columns in self.field.columns.values() for column in columns} - kept
-        return replace(guess, shared={name: value for name, value in guess.shared.items() if name not in others})
+        return replace(guess, shared={name: value for name, value in guess.shared.items() if name not in others}), tau
 
     def _columns(self, chosen: Iterable[str]) -> np.ndarray:
         """Of candidates, and of all that is no candidate's."""

@@ -25,10 +25,11 @@ from identification.estimators.segment_runs import ShootingSegment
 from identification.estimators.shooting_segments import LINE
 from identification.free_friction.at_rest import Releases
 from identification.free_friction.result import BENDS, COEFFICIENTS, FreeFriction, SpeedBasis
-from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, SlipRows, Slips
+from identification.free_friction.slips import AHEAD, MODES, STARTS, WRONG, YIELDS, Guess, SlipRows, Slips
 from identification.inference.problem import Prior
 from identification.measurement.motion import SMOOTHING
 from identification.measurement.pooled import SPEED, Pool
+from identification.measurement.presliding import SOFT, presliding
 from identification.measurement.slip_segments import SlipSegment
 
 TAUS = (1e-9, 2e-4, 1e-3, 5e-3, 0.03)  # in units of the friction coefficient; the least is none
@@ -36,7 +37,8 @@ LOUDER = (100.0, 10.0, 1.0)  # times the noise, in a search from far off
 BETWEEN = 1e-3  # on the way to the likeliest one
 LOST = 2.0  # times the squares with the widest torque, that slips have which are not followed
 EXPLAINED = 5.0  # by which ln L must be greater with a torque that no term explains
-STEPS, CUTS = 10, 6  # of a search: most steps, most cuts of one
+STEPS = 10  # of a search, at most
+DAMPED = (0.0, 1e-4, 1e-3, 0.01, 0.1, 1.0, 10.0)  # a step of it, until it gains
 LITTLE = 2e-3  # gain of the sum of squares that is not worth a step: 4 % of a deviation
 EXACT = 1e-9  # relative deviation of a constant that is stated as exact, or of which nobody says
 SET = 0.01  # that of a drive's speed, which was set and not recorded
@@ -44,6 +46,7 @@ ROUGH = 0.02  # deviation of the force that sticks carried last, at first
 ROUNDS, FARTHEST, NEAR = 2, 0.05, 5e-4  # with releases: slips followed anew; steps of a coefficient, most and last
 ASTRAY = 3.0  # deviations of the row of releases, which then are not what the curve would have
 LOOSE = 1e-3  # precision of the curve's level and slope beforehand
+SOFTER = {YIELDS: 1.0, AHEAD: 5e-3}  # of a contact that gives way
 OFF = {
     "J": 0.04,
     "k": 0.04,
@@ -62,11 +65,12 @@ SIGNED = 0.2  # share of the squares of unexplained torques from which on what g
 def slips_of(ready: Pool, segments: Sequence[ShootingSegment]) -> Slips:
     """Slips of one driving disc with the constants of the rig, the laser's gain and delay, and a load cell."""
     speeds = np.concatenate([_slip_speeds(ready, segment) for segment in ready.segments])
-    terms = terms_of(ready, ())
+    terms, elastic = terms_of(ready, ()), presliding(ready, np.inf)
+    soft = elastic.compliance if elastic is not None and elastic.elastic and elastic.compliance > SOFT else 0.0
     counted = [segment.lines for segment in segments if segment.lines is not None]
     sensors = ("zero", *(f"{LINE}{line}" for line in np.unique(np.concatenate(counted)))) if counted else ()
     names = (*(prior.name for prior in ready.priors), "gain", "delay", *sensors, *(term.name for term in terms))
-    return Slips(ready, tuple(segments), SpeedBasis(float(speeds.max())), terms, names)
+    return Slips(ready, tuple(segments), SpeedBasis(float(speeds.max())), terms, names, soft)
 
 
 def begun(slips: Slips) -> Guess:
@@ -91,27 +95,35 @@ def begun(slips: Slips) -> Guess:
     return guess
 
 
-def settled(slips: Slips, guess: Guess) -> tuple[Guess, float]:
-    """The best guess, and the tau of greatest likelihood, the least where none is likelier by much.
+def settled(slips: Slips, guess: Guess, near: tuple[float, float] | None = None) -> tuple[Guess, float, float]:
+    """The best guess, the tau of greatest likelihood, the least where none is likelier by much, and the sum of squares
+    that slips have under the widest torque. near: tau and this sum, where the guess is near that of other columns.
 
     Raises:
         StickslipError: as in `ShootingProblem.run`.
     """
-    known = Known.of(slips)
-    guess = _searched(slips, known, guess, TAUS[-1])
-    rows = slips.rows(guess)
-    values = guess.values(slips.names)
-    likelihood = [Gram.of(rows, guess, tau).least(known, values).likelihood for tau in TAUS]
+    known, widest = Known.of(slips), TAUS[-1]
+    loose, followed = guess, 0.0
+    if near is not None:
+        loose, followed = _searched(slips, known, guess, near[0]), near[1]
+    if near is None or not follows(slips, loose, followed):
+        loose = _searched(slips, known, guess, widest)
+        followed = slips.squares(loose)
+    rows = slips.rows(loose)
+    values = loose.values(slips.names)
+    likelihood = [Gram.of(rows, loose, tau).least(known, values).likelihood for tau in TAUS]
     best = int(np.argmax(likelihood))
     first = best if likelihood[best] > likelihood[0] + EXPLAINED else 0
-    followed, loose, tau = slips.squares(guess), guess, TAUS[first]
+    guess, tau, halfway = loose, TAUS[first], None
     for tau in TAUS[first:]:
-        guess = loose
-        for width in [width for width in (BETWEEN, tau) if tau <= width]:
-            guess = _searched(slips, known, guess, width)
+        if tau > BETWEEN:
+            guess = _searched(slips, known, loose, tau)
+        else:
+            halfway = halfway or _searched(slips, known, loose, BETWEEN)
+            guess = halfway if tau == BETWEEN else _searched(slips, known, halfway, tau)
         if follows(slips, guess, followed):  # else likely to first order only
             break
-    return guess, tau
+    return guess, tau, followed
 
 
 def follows(slips: Slips, guess: Guess, squares: float) -> bool:
@@ -146,6 +158,7 @@ class Known:
         if slips.ready.zero is not None:
             deviations["zero"] = slips.ready.zero.standard_uncertainty
         deviations |= {name: slips.ready.sensors.rms for name in slips.names if name.startswith(LINE)}
+        deviations |= SOFTER
         deviations |= {name + WRONG: deviation for name, deviation in OFF.items()}
         terms = {term.name: term for term in slips.terms}
         for place, name in enumerate(slips.names, COEFFICIENTS):
@@ -237,8 +250,9 @@ class Gram:
             squares=self.squares + residual**2,
         )
 
-    def least(self, known: Known, values: np.ndarray, columns: np.ndarray | None = None) -> Least:
-        """With what is known beforehand, at values (m,). columns: the only ones that may move."""
+    def least(self, known: Known, values: np.ndarray, columns: np.ndarray | None = None, damped: float = 0.0) -> Least:
+        """With what is known beforehand, at values (m,). columns: the only ones that may move; damped: by how much the
+        step of each is shorter than if it alone moved, after Levenberg and Marquardt."""
         some = np.arange(len(values)) if columns is None else columns
         off, precision = (values - known.mean)[some], known.precision[np.ix_(some, some)]
         hessian = self.matrix[np.ix_(some, some)] + precision
@@ -246,7 +260,7 @@ class Gram:
         scale = np.sqrt(np.diag(hessian))
         scaled = hessian / np.outer(scale, scale)
         step = np.zeros(len(values))
-        step[some] = -np.linalg.solve(scaled, gradient / scale) / scale
+        step[some] = -np.linalg.solve(scaled + damped * np.eye(len(some)), gradient / scale) / scale
         sum_of_squares = self.squares + off @ precision @ off + gradient @ step[some]
         own = some[some >= COEFFICIENTS]
         volume = float(np.linalg.slogdet(scaled)[1] + 2 * np.sum(np.log(scale)))
@@ -258,27 +272,29 @@ class Gram:
 
 
 def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
-    """Steps of Gauss and Newton, each cut to a third while it makes the sum of squares greater."""
+    """Steps of Gauss and Newton, damped while they make the sum of squares greater."""
 
     def total(guess: Guess) -> float:
         off = guess.values(slips.names) - known.mean
         within = slips.squares(guess) + float(np.sum(guess.unexplained**2)) / tau**2
         return within + float(off @ known.precision @ off)
 
-    before = total(guess)
+    before, first = total(guess), 0
     for _ in range(STEPS):
-        best = Gram.of(slips.rows(guess), guess, tau).least(known, guess.values(slips.names))
-        if not before - best.squares > LITTLE:
+        gram, values = Gram.of(slips.rows(guess), guess, tau), guess.values(slips.names)
+        if not before - gram.least(known, values).squares > LITTLE:
             return guess
-        for cut in range(CUTS):
-            share = 3.0**-cut
-            other = guess.moved(share * best.step, share * best.local, slips.names)
+        for damped in DAMPED[first:]:
+            best = gram.least(known, values, damped=damped)
+            other = guess.moved(best.step, best.local, slips.names)
             after = total(other)
             if after < before:
                 break
         else:
             return guess
-        guess, before = other, after
+        gained, guess, before, first = before - after, other, after, max(DAMPED.index(damped) - 1, 0)
+        if gained < LITTLE:
+            break
     return guess
 
 

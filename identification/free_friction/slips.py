@@ -7,6 +7,13 @@ s is the direction of slip, A, K, C, W the factors of disturbances, w the speed 
 x is what no term explains, in units of the friction coefficient: being part of the torque, and not of the residual, it
 holds the motion near the record however wrong the model is. Slips run side by side by the Runge-Kutta method of fourth
 order; theta follows a small torque f as  Phi int Phi^-1 (0, f) dt,  Phi the motion's fundamental matrix.
+
+A contact that gives way in stick by C may forget what it was over z = y C N mu(v) of slip, as bristles do: friction is
+
+    mu(v - z v'/v) + sigma1 C mu'(v) v',    to first order in z,
+
+with y near 1 and sigma1 C, a time. Source: Canudas de Wit, Olsson, Astrom, Lischinsky (1995), IEEE Trans.
+Autom. Control 40, 419, equations (1) to (3), z and sigma1 small.
 """
 
 from __future__ import annotations
@@ -39,6 +46,8 @@ STEPS = 80  # a natural period: an error of 1e-6 of the motion, and of 1e-3 of t
 MODES = 4  # of what no term explains, in each slip
 STARTS = 2  # angle and speed, of each slip
 DIFFERENCE = 1e-6  # rad, rad/s
+YIELDS, AHEAD = "yields", "sigma1/sigma0"  # of a contact that gives way: y, and by which its friction is ahead, s
+LEAST_BEFORE = 1e-3  # m/s, of slip before, below which it is the speed of a contact in stick
 WRONG = "*"  # after the name of a constant: how far it is off beyond its stated uncertainty
 
 Shown = tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, np.ndarray]]  # see `Slips._shown`
@@ -82,13 +91,16 @@ class SlipRows:
 
 @dataclass(frozen=True, eq=False)
 class Slips:
-    """Slips of pooled logs. terms: disturbances beside the friction; names: of what is shared, after the curve."""
+    """Slips of pooled logs. terms: disturbances beside the friction; names: of what is shared, after the curve; soft:
+    m/N, by which the contact
+    gives way in stick."""
 
     ready: Pool
     segments: tuple[ShootingSegment, ...]
     curve: SpeedBasis
     terms: tuple[DisturbanceTerm, ...]
     names: tuple[str, ...]
+    soft: float = 0.0
     _last: list[tuple[Guess, set[str], tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, repr=False)
     _rows: list[tuple[Guess, list[SlipRows]]] = field(default_factory=list, init=False, repr=False)
 
@@ -200,12 +212,26 @@ class Slips:
             angle, speed = state
             sign = self.sign[:, 0] if isinstance(place, int) else self.sign
             slip = sign * (rig.r * drive[:, place] * factor(DRIVE, place, state) - rig.R * speed)
-            friction = sign * self.curve.value(coefficients, slip) * factor(FRICTION, place, state)
-            torque = rig.R * rig.N * (friction + unexplained @ self.modes[:, place])
+            rubbing, beside = sign * factor(FRICTION, place, state), unexplained @ self.modes[:, place]
             spring, damping = rig.k * factor(SPRING, place, state), rig.c * factor(DAMPING, place, state)
-            return (torque - spring * angle - damping * speed) / rig.J
+
+            def pulled(friction: np.ndarray) -> np.ndarray:
+                torque = rig.R * rig.N * (rubbing * friction + beside)
+                return (torque - spring * angle - damping * speed) / rig.J
+
+            rigid = pulled(self.curve.value(coefficients, slip))
+            if not guess.shared.get(YIELDS):
+                return rigid
+            faster = -sign * rig.R * rigid
+            before, slope = self.before(guess, slip, faster), self.curve.weights(slip, 1) @ coefficients
+            return pulled(self.curve.value(coefficients, before) + guess.shared.get(AHEAD, 0.0) * slope * faster)
 
         return acceleration
+
+    def before(self, guess: Guess, slip: np.ndarray, faster: np.ndarray) -> np.ndarray:
+        """Slip speeds that friction is of: those a way of slip ago. faster: m/s^2, their rise."""
+        way = guess.shared.get(YIELDS, 0.0) * self.soft * self.rig(guess).N * self.curve.value(guess.coefficients, slip)
+        return np.sqrt(np.maximum(slip**2 - 2 * faster * way, 0.0))
 
     @cached_property
     def _anywhere(self) -> tuple[np.ndarray, np.ndarray]:
@@ -382,8 +408,11 @@ def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) ->
     driven = slips.driven(guess)[:, steps]
     drive = driven * faster
     slip = slips.sign * (rig.r * drive - rig.R * speed)
-    basis, steep = slips.curve.weights(slip), slips.curve.weights(slip, 1) @ guess.coefficients
+    rising = -slips.sign * rig.R * slips.forces(guess)(steps, state)
+    seen = slips.before(guess, slip, rising) if guess.shared.get(YIELDS) else slip
+    basis, steep = slips.curve.weights(seen), slips.curve.weights(slip, 1) @ guess.coefficients
     friction = slips.sign * (basis @ guess.coefficients)
+    sooner = -rising * slips.soft * rig.N * (basis @ guess.coefficients) / np.maximum(seen, LEAST_BEFORE)
     torque = scale * (friction * factor + guess.unexplained @ slips.modes[:, steps])
     spring, damping = -rig.k / rig.J * angle, -rig.c / rig.J * speed
     slope = scale * factor * steep  # by the slip speed
@@ -396,6 +425,8 @@ def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) ->
         "N": torque,
         "R": torque - slope * rig.R * speed,
         "r": slope * rig.r * drive,
+        AHEAD: scale * slips.sign * factor * steep * rising,
+        YIELDS: scale * slips.sign * factor * (slips.curve.weights(seen, 1) @ guess.coefficients) * sooner,
         **{speed_name(log): slope * rig.r * drive * (slips.where.log[:, steps] == log) for log in logs},
         **{
             term.name: pulls[term.effect.acts] * slopes[term.effect.acts][number]

@@ -28,6 +28,7 @@ CREEP = 0.25  # of the speed of the drive: slip above it is no stick, however sl
 TRIM = 1.0  # smoothing windows at the begin of a stick
 LEAST = 2.0  # smoothing windows that must be left of it
 FEWEST = 5  # sticks, below which their spread is not known
+SOFT = 1e-5  # m/N, of a contact that gives way in stick by more than sensors leave open
 SIGNIFICANT = 3.0  # standard deviations: one of a thousand rigid contacts
 MODEL = 0.25  # relative: bristles of 5e4 N/m ring for longer than what is left out, and seem softer by 20 to 45 %
 UNKNOWN_GAIN = 2e-3  # relative, of a laser that no encoder has checked

@@ -5,9 +5,9 @@ of what is measured by the parameters, start states projected out, and sd the no
 
     I = D'D/sd^2,    sd' = sqrt(diag((C^-1 + I)^-1)),    C the covariance of the calibration.
 
-A parameter that its logs do not tell begins without any information. Candidates are ranked by the geometric mean of
-sd', which no unit enters, over the values that were found and draws from their deviations: where contacts graze, slopes
-at one point promise what those beside it do not keep. What is far off may call for another experiment.
+A parameter that its logs do not tell begins without any information. The sd' are geometric means over the values that
+were found and draws from their deviations: where contacts graze, slopes at one point promise what those beside it do
+not keep. What is far off may call for another experiment.
 
 Sources: Fedorov (1972), Theory of Optimal Experiments, chapter 2; Chaloner, Verdinelli (1995), Statistical Science 10,
 273 (mean over what is known of the values).
@@ -31,13 +31,13 @@ from fmu_models.simulation.signal import Signal
 from identification.calibration.result import CalibratedValue, Calibration
 from identification.calibration.subject import Stretch, Subject, Window
 from identification.calibration.systems import subject_of
-from identification.calibration.untold import TAKES_PART, column_norms
+from identification.calibration.untold import column_norms
+from identification.next_step.information import deviations_of, free_of, mean_logarithm, ranked
 
 if TYPE_CHECKING:
     import pandas
 
 SAMPLES = 1000
-LOST = 1e-12  # of the largest eigenvalue of the scaled precision: a direction that is not told
 POINTS, FAR = 8, 2.0  # draws from the calibration beside what was found, by so many deviations
 OTHER_NOISE = 0.01  # of its root mean square: noise of a variable that nothing measured so far
 
@@ -57,8 +57,7 @@ class CandidateExperiment:
     @property
     def size(self) -> float:
         """Mean ln of the deviations, infinite where one is not told."""
-        told = [sd for sd in self.deviations.values() if sd]
-        return float(np.mean(np.log(told))) if told and len(told) == len(self.deviations) else np.inf
+        return mean_logarithm(self.deviations)
 
     @property
     def words(self) -> str:
@@ -192,13 +191,12 @@ class Forecast:
 
     def experiments(self, judged: Iterable[CandidateExperiment]) -> Experiments:
         """All that were judged, in their order, and what they tell that the logs do not."""
-        ranked = tuple(sorted(judged, key=lambda one: (one.refused is not None, one.size)))
-        now = _deviations(self.now, self.names, self.chosen)
-        return Experiments(ranked, now, self.duration, tuple(self._sentences(now, ranked)))
+        now, best_first = deviations_of(self.now, self.names, self.chosen), ranked(judged)
+        return Experiments(best_first, now, self.duration, tuple(self._sentences(now, best_first)))
 
     def deviations(self, informations: Sequence[np.ndarray]) -> dict[str, float | None]:
         """Geometric means over the points, by name; None of what is not told at one of them."""
-        each = [_deviations(self.now + information, self.names, self.chosen) for information in informations]
+        each = [deviations_of(self.now + information, self.names, self.chosen) for information in informations]
         logs = {name: [np.log(sd) for one in each if (sd := one[name])] for name in self.chosen}
         return {name: float(np.exp(np.mean(of))) if len(of) == len(each) else None for name, of in logs.items()}
 
@@ -232,14 +230,14 @@ class Forecast:
             raise StickslipError("The run has no derivative.")
         count = len(self.subject.parameters)
         starts = slopes[:, count:] / column_norms(slopes[:, count:])
-        left = slopes[:, :count] - starts @ np.linalg.lstsq(starts, slopes[:, :count], rcond=None)[0]
+        left = free_of(slopes[:, :count], starts)
         return left.T @ left
 
-    def _sentences(self, now: Mapping[str, float | None], ranked: Sequence[CandidateExperiment]) -> Iterable[str]:
+    def _sentences(self, now: Mapping[str, float | None], best_first: Sequence[CandidateExperiment]) -> Iterable[str]:
         untold = [name for name, sd in now.items() if sd is None]
         if not untold:
             return
-        able = [one for one in ranked if one.refused is None]
+        able = [one for one in best_first if one.refused is None]
         best = min(able, key=lambda one: sum(one.deviations[name] is None for name in untold), default=None)
         told = {name: sd for name in untold if best and (sd := best.deviations[name]) is not None}
         if told and best:
@@ -295,19 +293,3 @@ def _precision(calibration: Calibration, names: Sequence[str]) -> np.ndarray:
     covariance, precision = np.array(calibration.covariance), np.zeros((len(names), len(names)))
     precision[np.ix_(told, told)] = np.linalg.inv(covariance[np.ix_(places, places)])
     return precision
-
-
-def _deviations(precision: np.ndarray, names: Sequence[str], chosen: Sequence[str]) -> dict[str, float | None]:
-    """By name; None of what is not told."""
-    sizes = np.sqrt(np.diag(precision))
-    told = np.flatnonzero(sizes > 0)
-    deviations: dict[str, float | None] = dict.fromkeys(chosen)
-    if told.size:
-        values, vectors = np.linalg.eigh(precision[np.ix_(told, told)] / np.outer(sizes[told], sizes[told]))
-        known = values > LOST * values[-1]
-        lost = np.any(np.abs(vectors[:, ~known]) > TAKES_PART, axis=1)
-        spread = np.sqrt((vectors[:, known] ** 2) @ (1 / values[known])) / sizes[told]
-        for n, sd, unseen in zip(told.tolist(), spread.tolist(), lost, strict=True):
-            if names[n] in chosen and not unseen:
-                deviations[names[n]] = sd
-    return deviations

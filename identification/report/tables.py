@@ -226,17 +226,29 @@ def design_table(design: Design) -> PrintedTable:
     """The best of the experiments that were tried, against what is known now."""
     names = list(design.deviations)
     known = (sd(design.deviations[name]) for name in names)
-    rows: list[list[str | Cell]] = [["as it is", "", "", *known, "", number(design.index, ".3g"), ""]]
+    rows: list[list[str | Cell]] = [["as it is", "", *known, "", number(design.index, ".3g"), ""]]
     for one in [candidate for candidate in design.candidates if candidate.refused is None][:SHOWN]:
         deviations = (sd(one.deviations[name]) for name in names)
         settings = (number(one.drive_speed, ".3g"), number(one.load, ".3g"))
         judged = (number(one.gain, ".0%"), number(one.index, ".3g"), number(one.greatest_slip, ".2g"))
-        rows.append([one.kind, *settings, *deviations, *judged])
+        rows.append([*settings, *deviations, *judged])
     columns = (
-        *("experiment", PrintedColumn("drive", "rad/s"), PrintedColumn("load", "N"), *(f"sd {name}" for name in names)),
+        *(PrintedColumn("drive", "rad/s"), PrintedColumn("load", "N"), *(f"sd {name}" for name in names)),
         *("gain", PrintedColumn("collinearity", spare=2), PrintedColumn("greatest slip", "m/s", spare=1)),
     )
     return table(f"Predicted with one more log of {design.duration:g} s", columns, rows)
+
+
+def plan_table(design: Design) -> PrintedTable:
+    """The logs of a plan, with the deviations after each, and those after as many like the logs that were made."""
+    names = list(design.deviations)
+    rows: list[list[str | Cell]] = [["as it is", "", "", *(sd(design.deviations[name]) for name in names), ""]]
+    for place, one in enumerate(design.plan.logs):
+        settings = (number(one.drive_speed, ".3g"), number(one.load, ".3g"))
+        rows.append([f"log {place + 1}", *settings, *(sd(one.deviations[name]) for name in names), one.start])
+    rows.append(["repeated", "", "", *(sd(design.plan.repeated[name]) for name in names), "logs as before"])
+    columns = ("after", PrintedColumn("drive", "rad/s"), PrintedColumn("load", "N"), *(f"sd {name}" for name in names))
+    return table(f"Plan of {len(design.plan.logs)} logs of {design.duration:g} s", (*columns, "start"), rows)
 
 
 def other_fields(fit: FrictionFit) -> dict[str, Any]:

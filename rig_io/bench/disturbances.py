@@ -112,7 +112,7 @@ KINDS: Mapping[str, Kind] = {
     "draft": Kind("N*m", _TORQUE, lambda size, m: size * _rough(m, 0.05, 0.8), known=False),
     "rocking": Kind("N*m", _TORQUE, lambda size, m: size * _sine(m, ROCKED), known=False),
     "magnet": Kind("N*m", _BODY, _magnetic, known=False),
-    "cable": Kind("N*m/rad", _BODY, _pulling, known=False),
+    "cable": Kind("N*m/rad", _BODY, _pulling),
     "aliasing": Kind("m", _LASER, lambda size, m: size * _sine(m, ALIASED), known=False),
     "laser_gain": Kind("m/rad", _LASER, lambda size, m: size * m.at * np.exp(-m.time / WARMING), known=False),
     "overflow": Kind("1", "drive0_count", lambda size, m: -size * np.round(m.at / size), known=False),

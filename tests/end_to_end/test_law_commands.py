@@ -57,6 +57,10 @@ def test_fit_laws_and_design_in_a_row(stickslip, tmp_path):
     assert planned["candidates"][-1]["refused"] == "slides without sticking"
     shown = " ".join(stickslip("design", "fit.json", "--speeds", "0.2,3.5").out.split())
     assert "would help most" in shown and "Refused (slides without sticking): 3.5 rad/s" in shown
+    plan = stickslip("design", "fit.json", "--logs", "2", "--json").json["plan"]
+    assert len(plan["logs"]) == 2 and plan["logs"][1]["deviations"]["p"] < plan["repeated"]["p"]
+    assert "Plan of 2 logs of 20 s" in stickslip("design", "fit.json", "--logs", "2").out
+    assert "plans 1 to 50 logs" in stickslip("design", "fit.json", "--logs", "0").err
 
 
 @pytest.mark.nightly

@@ -141,3 +141,19 @@ def test_a_branch_from_the_shell(stickslip, tmp_path):
 def test_a_branch_refuses(stickslip, asked, said):
     answer = stickslip("branch", *SUPPORT, *asked)
     assert answer.code == 2 and said in answer.err and not answer.out
+
+
+def test_borders_shocks_and_shares_take_numbers_and_ranges_of_states(stickslip, tmp_path):
+    asked = (*SUPPORT, "--set", "ks=10", "--set", "omega=1.18")
+    edge = stickslip("edge", *asked, "--other", "x=-0.5", "--other", "v=6.5", "--figure", "e.png", "--json").json
+    assert edge["between"] == ["1-0", "1-1"] and len(edge["multipliers"]) == 2
+    shock = stickslip("shock", *asked, "--weights", "v=2", "--figure", "s.png", "--json").json
+    assert shock["shock"][0] == 0.0 and shock["size"] == pytest.approx(2 * abs(shock["shock"][1]))
+    over = (*SUPPORT, "--set", "ks=10", "--over", "omega=1.18:1.2:2", "--box", "x=-8:8", "--box", "v=-8:8")
+    shares = stickslip("shares", *over, "--starts", 50, "-o", "s.csv", "--figure", "p.png", "--json").json
+    assert [tip["kind"] for tip in shares["tips"]] == ["lost"] and sum(shares["shares"][0]) == pytest.approx(1.0)
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+    missing = stickslip("shares", *over[:-4])
+    assert missing.code == 2 and "where starts of discontinuous_support are drawn from" in missing.err
+    wrong = stickslip("shares", *over[:-2], "--box", "v=3")
+    assert wrong.code == 2 and "NAME=FROM:TO" in wrong.err

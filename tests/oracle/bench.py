@@ -85,12 +85,15 @@ class Drive:
         return float(speed), float(rate)
 
 
-def slips_and_sticks(bench: Bench, drive: Drive, end: float, log: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times (n,) s from 0 to ``end`` and angles (n,) rad of a body that begins at rest on its drive."""
+def slips_and_sticks(
+    bench: Bench, drive: Drive, end: float, log: int, let_go: float | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) s from 0 to ``end`` and angles (n,) rad of a body that begins at rest on its drive, or that is let go
+    at an angle in rad while that turns."""
     grid = np.arange(round(-TRANSIENT * RATE), round(end * RATE)) / RATE
     angles = np.zeros(len(grid))
     time, ratio = -TRANSIENT - 0.5, bench.r / bench.R
-    angle, speed, sign, sticks = 0.0, ratio * drive.at(time)[0], 1.0, True
+    angle, speed, sign, sticks = let_go or 0.0, ratio * drive.at(time)[0], 1.0, let_go is None
     while time < end:
         begin = time
         if sticks:
@@ -99,7 +102,7 @@ def slips_and_sticks(bench: Bench, drive: Drive, end: float, log: int) -> tuple[
             inside = (grid >= begin) & (grid < time)
             angles[inside] = angle + ratio * (np.interp(grid[inside], drive.time, drive.angle) - base)
         else:
-            speed = (bench.r * drive.at(time)[0] - sign * LEAST) / bench.R
+            speed, let_go = (bench.r * drive.at(time)[0] - sign * LEAST) / bench.R if let_go is None else 0.0, None
             run = _slip(bench, drive, (time, angle, speed, sign), end, log)
             time, (angle, speed) = float(run.t[-1]), run.y[:, -1]
             inside = (grid >= begin) & (grid < time)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import sympy
 from scipy.integrate import solve_ivp
-from wells import well
+from wells import forced_well, ring, well
 
-from fmu_models import TIME, Automaton, Map, Parameter, State, StickslipError, Strobe, edge_state, load
+from fmu_models import Map, State, StickslipError, Strobe, edge_state, load
 from fmu_models.analyses.edge import EdgeState
 from fmu_models.analyses.unforced import LimitCycle
 
@@ -30,9 +30,7 @@ def test_the_edge_of_a_double_well_is_its_saddle():
 
 
 def test_the_edge_of_a_forced_double_well_is_a_saddle_cycle():
-    amplitude, omega = Parameter("A", 0.1, "1", "amplitude"), Parameter("w", 1.0, "rad/s", "frequency", positive=True)
-    forced = Strobe(well("forced_well", amplitude * sympy.cos(omega * TIME)), forcing="w")
-    found = edge_state(forced, {"x": 1.0, "v": 0.3}, other={"x": -1.0})
+    found = edge_state(forced_well(), {"x": 1.0, "v": 0.3}, other={"x": -1.0})
 
     def period(start):
         def rates(t, x):
@@ -54,13 +52,7 @@ def test_the_edge_of_a_forced_double_well_is_a_saddle_cycle():
 
 def test_the_edge_of_a_ring_is_a_cycle():
     """r' = r (r^2 - 1/4)(1 - r^2): radius 1/2, T = 2 pi, multiplier exp(3 pi/4)."""
-    rate = Parameter("rate", 1.0, "1/s", "rate", positive=True)
-    x, y = State("x", "1", "x", start=1.0), State("y", "1", "y", start=0.1)
-    square = x**2 + y**2
-    grows = (square - sympy.Rational(1, 4)) * (1 - square)
-    flows: Any = {x: rate * (x * grows - y), y: rate * (y * grows + x)}
-    ring = load(Automaton(name="ring", title="ring", source="here", states=[x, y], flows=flows))
-    found = edge_state(ring, {"x": 1.2, "y": 0.1}, other={"x": 0.1})
+    found = edge_state(ring(), {"x": 1.2, "y": 0.1}, other={"x": 0.1})
     assert math.hypot(*found.points[0]) == pytest.approx(0.5, abs=1e-10) and found.labels <= 200
     assert found.time == pytest.approx(2 * math.pi, abs=1e-10)
     assert found.multipliers is not None

@@ -192,6 +192,18 @@ def test_derivatives_by_what_lesser_instruments_leave_open_are_those_of_the_resi
 
 
 @pytest.mark.nightly
+def test_a_cable_that_pulls_is_named_or_said_to_be_alike() -> None:
+    """Friction at some angles is much the same, where the body is there while it slips one way."""
+
+    def cable(time: float, angle: float) -> float:
+        return -0.03 * max(angle - 0.08, 0.0)
+
+    fit = fit_friction(logs(4, torque=cable), law_spread="none")
+    (cause,) = fit.causes
+    assert "pull" in (cause.name, *cause.alike) and np.all(np.abs(off(fit)) < 3)
+
+
+@pytest.mark.nightly
 def test_what_a_free_decay_shows_too_is_no_friction_at_an_angle() -> None:
     """A magnet beside the body, narrow."""
 

@@ -1,0 +1,67 @@
+"""What a log tells of parameters, and how well they are known with it: common to all that is foretold.
+
+    I = D'D/sd^2,    sd' = sqrt(diag((P + I)^-1))
+
+D: slopes of what is measured by the parameters, start states projected out; P: precision before. Candidates are ranked
+by the geometric mean of sd', which no unit enters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from identification.calibration.untold import TAKES_PART
+
+LOST = 1e-12  # of the largest eigenvalue of the scaled precision: a direction that is not told
+
+
+class Foretold(Protocol):
+    """A candidate whose deviations are foretold."""
+
+    @property
+    def refused(self) -> str | None:
+        """Why it is none, None if it is one."""
+        ...
+
+    @property
+    def size(self) -> float:
+        """Mean ln of the deviations with its log beside the others."""
+        ...
+
+
+Kind = TypeVar("Kind", bound=Foretold)
+
+
+def ranked(candidates: Iterable[Kind]) -> tuple[Kind, ...]:
+    """The best first, those refused last."""
+    return tuple(sorted(candidates, key=lambda one: (one.refused is not None, one.size)))
+
+
+def mean_logarithm(deviations: Mapping[str, float | None]) -> float:
+    """Mean ln of deviations, infinite where one is not told."""
+    told = [sd for sd in deviations.values() if sd]
+    return float(np.mean(np.log(told))) if told and len(told) == len(deviations) else np.inf
+
+
+def free_of(columns: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Columns (n, m) without what others (n, k) do as well."""
+    return columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
+
+
+def deviations_of(precision: np.ndarray, names: Sequence[str], chosen: Sequence[str]) -> dict[str, float | None]:
+    """Deviations by name, from a precision (m, m) of all names; None of what is not told."""
+    sizes = np.sqrt(np.diag(precision))
+    told = np.flatnonzero(sizes > 0)
+    deviations: dict[str, float | None] = dict.fromkeys(chosen)
+    if told.size:
+        values, vectors = np.linalg.eigh(precision[np.ix_(told, told)] / np.outer(sizes[told], sizes[told]))
+        known = values > LOST * values[-1]
+        lost = np.any(np.abs(vectors[:, ~known]) > TAKES_PART, axis=1)
+        spread = np.sqrt((vectors[:, known] ** 2) @ (1 / values[known])) / sizes[told]
+        for n, sd, unseen in zip(told.tolist(), spread.tolist(), lost, strict=True):
+            if names[n] in chosen and not unseen:
+                deviations[names[n]] = sd
+    return deviations

@@ -166,7 +166,7 @@ class DisturbanceTerm:
         """The term as an unknown of a problem."""
         unit, prior = self.effect.unit(self.order), self.prior
         if self.random:
-            prior = Prior(self.name, 0.0, unit, self.effect.width(self.order), "one of many")
+            prior = Prior(self.name, 0.0, unit, self.effect.width(self.order), self.cause, many=True)
         return Unknown(self.name, unit, *self.effect.limits, self.words, prior)
 
 

@@ -45,7 +45,7 @@ FIRST = 8  # starts at random that look for attractors before the others are run
 REMEMBERED = 3  # values for which a lost attractor is looked for
 AS_NEAR = 4.0  # times the distance of the nearest of several attractors that come to one: those merge
 REFINED = 1e-8  # of the range of the parameter: a tipping point is bisected to that
-BESIDE = 1e-2  # of the step between values: there a fold is checked, on both sides
+BESIDE, WITHIN = 1e-2, 1e-4  # of the step between values: where a fold is checked, and how near it is to what it is
 PATIENT = 16  # times as long maps, whose steps cost little, are run near a tipping point: transients are long there
 CONFIDENT = 1.959963984540054  # normal quantile of 95 %
 BORN, LOST, MERGED = "born", "lost", "merged"
@@ -340,25 +340,30 @@ class _Sweep:
         return float(np.abs(differences).max(axis=2).min(axis=1).mean())
 
     def _refined(self, end: tuple[str, int, int], i: int, before: Mapping[int, _Known]) -> Iterator[Tip]:
-        """Where an attractor begins or ends between two values, nearly; none where it was only not found before."""
+        """Where an attractor begins or ends between two values, nearly; none where it was there from the first on."""
         kind, name, into = end
         alive, gone = (i, i - 1) if kind == BORN else (i - 1, i)
-        high, low = float(self.values[gone]), float(self.values[alive])  # where it is not, and where it is
         # at first those of the value where it is there
         last = [a for a in (self.known if kind == BORN else before).values() if a.seen == alive]
-        if kind == BORN and self._lives(name, last, high):
-            return
-        fold = self._fold(next(a for a in last if a.name == name), last, low, high)
-        if fold is not None:
-            yield Tip(kind, name, into, fold, fold, fold=True)
-            return
-        while abs(high - low) > REFINED * max(float(np.ptp(self.values)), abs(self.values[gone] - self.values[alive])):
+        while kind == BORN and (lives := self._lives(name, last, float(self.values[gone]))):
+            if gone == 0:
+                return
+            alive, gone, last = gone, gone - 1, lives  # it was there, and no start had come to it
+        high, low = float(self.values[gone]), float(self.values[alive])  # where it is not, and where it is
+        step = high - low
+        folds = self._folds(next(a for a in last if a.name == name), low, high)
+        for fold in folds:
+            if self._lives(name, last, fold - BESIDE * step) and not self._lives(name, last, fold + BESIDE * step):
+                yield Tip(kind, name, into, fold, fold, fold=True)
+                return
+        while abs(high - low) > REFINED * float(np.ptp(self.values)):
             middle = 0.5 * (low + high)
             if middle in (low, high):
                 break
             lives = self._lives(name, last, middle)
             low, high, last = (middle, high, lives) if lives else (low, middle, last)
-        yield Tip(kind, name, into, min(low, high), max(low, high))
+        solved = [fold for fold in folds if abs(fold - low) < WITHIN * abs(step)]
+        yield Tip(kind, name, into, *(solved[:1] * 2 or sorted((low, high))), fold=bool(solved))
 
     def _lives(self, name: int, known: Sequence[_Known], value: float) -> list[_Known]:
         """The attractors at a value that is between, if one of that name is still among them; else none."""
@@ -370,21 +375,15 @@ class _Sweep:
             return []
         return [self._seeded(names[k], a, known[0].seen) for k, a in enumerate(labeller.attractors) if k in names]
 
-    def _fold(self, attractor: _Known, known: Sequence[_Known], low: float, high: float) -> float | None:
-        """Where the branch of a motion folds, on both sides of which it is there and is not; None if it does not."""
+    def _folds(self, attractor: _Known, low: float, high: float) -> list[float]:
+        """Values at which the branch of a motion folds between two; none of what does not repeat itself."""
         if not attractor.repeats or self.system.autonomous or not isinstance(self.system, Iteration | Strobe):
-            return None
+            return []
         guess = np.array(attractor.seeds)
         with suppress(StickslipError):
-            for met in find_bifurcations(self.system, self.over, low, high, period=len(guess), guess=guess):
-                beside = BESIDE * (high - low)
-                if (
-                    met.kind == "saddle-node"
-                    and self._lives(attractor.name, known, met.value - beside)
-                    and not self._lives(attractor.name, known, met.value + beside)
-                ):
-                    return met.value
-        return None
+            met = find_bifurcations(self.system, self.over, low, high, period=len(guess), guess=guess)
+            return [bifurcation.value for bifurcation in met if bifurcation.kind == "saddle-node"]
+        return []
 
     def result(self, starts: int) -> BasinShares:
         """All of it."""

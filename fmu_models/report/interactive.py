@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.diagram import Diagram
+from fmu_models.analyses.labels import UNLABELLED
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import checked_page, write_whole
 from fmu_models.base.shown import Pictured
-from fmu_models.report.views import SWEEPS, UNLABELLED, attractors_of, classes_of, colours_of
+from fmu_models.report.views import SWEEPS, attractors_of, classes_of, colours_of
 
 PALE = "#FFFFFF"  # of what has no class
 DIGITS = ".10g"
@@ -174,7 +175,7 @@ def _grid(
 ) -> list[dict[str, Any]]:
     """Cells in the colours of their classes, what each is under the cursor, and a legend."""
     (name, x), (second, y) = axes.items()
-    texts = {**dict(enumerate(names)), **{value: text for value, (text, _) in UNLABELLED.items()}}
+    texts = {**dict(enumerate(names)), **UNLABELLED}
     shades = [PALE, *colours]
     steps = [(k + edge) / len(shades) for k in range(len(shades)) for edge in (0, 1)]
     cells = {
@@ -202,7 +203,7 @@ def _grid(
         }
         for text, colour in [
             *zip(names, colours, strict=True),
-            *((text, PALE) for value, (text, _) in UNLABELLED.items() if (labels == value).any()),
+            *((text, PALE) for value, text in UNLABELLED.items() if (labels == value).any()),
         ]
     ]
     return [cells, *legend]

@@ -12,7 +12,7 @@ from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import Chart
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.edge import EdgeState
-from fmu_models.analyses.labels import FAILED, INFINITE
+from fmu_models.analyses.labels import FAILED, INFINITE, UNLABELLED
 from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.analyses.reduced_map import ReducedMap
 from fmu_models.analyses.section import PoincareSection
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     Vector = NDArray[Any]
 
-UNLABELLED = {UNDECIDED: ("undecided", "////"), INFINITE: ("to infinity", "...."), FAILED: ("failed", "xxxx")}
+HATCHES = {UNDECIDED: "////", INFINITE: "....", FAILED: "xxxx"}
 SWEEPS = {"up": "black", "down": COLOURS[5]}
 NONE = "#E5E5E5"  # of motions that do not repeat themselves, in charts of periods
 DENSE = 20000  # points of a section from which on their density is drawn
@@ -99,14 +99,21 @@ def _mesh(
         shading="nearest",
     )
     handles = [Patch(facecolor=colour, label=text) for colour, text in zip(colours, names, strict=False)]
-    for value, (text, hatch) in UNLABELLED.items():
+    for value, text in UNLABELLED.items():
         if (labels == value).any() and min(labels.shape) > 1:
             masked = np.ma.masked_where(labels != value, np.ones(labels.shape)).T
             white = ListedColormap(["white"])
             axes.pcolor(
-                rows, columns, masked, hatch=hatch, cmap=white, shading="nearest", edgecolor="0.4", linewidth=0.0
+                rows,
+                columns,
+                masked,
+                hatch=HATCHES[value],
+                cmap=white,
+                shading="nearest",
+                edgecolor="0.4",
+                linewidth=0.0,
             )
-            handles.append(Patch(facecolor="white", edgecolor="0.4", hatch=hatch, label=text))
+            handles.append(Patch(facecolor="white", edgecolor="0.4", hatch=HATCHES[value], label=text))
     axes.set(xlabel=name, ylabel=second)
     beside: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
     if axes.figure is not None and len(axes.figure.axes) > 1:  # panels side by side have no room between them

@@ -54,6 +54,7 @@ DISTURBANCE = Disturbance(
     words="friction depends on the angle of the body (a worn or dirty place)",
     terms=_terms,
     hidden=_hidden,
+    told_by="logs at another load: friction follows it, a torque beside does not",
     rank=2,
     remark=lambda ready, terms: f"; the law is that at {terms[0].reference:g} rad",
     emulated=("angle",),

@@ -18,6 +18,7 @@ DISTURBANCE = Disturbance(
     terms=lambda ready, size: [
         DisturbanceTerm.told("c2", QUADRATIC, 1, ready.decay and ready.decay.drag, "free decay")
     ],
+    told_by="a free decay from a larger angle",
     rank=7,
     unsettles=("c", "c/J"),
     emulated=("damping",),

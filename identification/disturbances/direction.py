@@ -8,6 +8,7 @@ DISTURBANCE = Disturbance(
     words="friction is greater one way than the other; --law 'Conti by direction' has a law for each",
     terms=lambda ready, size: [DisturbanceTerm("direction", SIDED)],
     hidden=lambda ready: "" if ready.slips_both_ways else "all slip one way. Add a log with the drive reversed.",
+    told_by="both directions at the same speed, and a free decay, which shows the zero",
     rank=13,
     emulated=("direction",),
 )

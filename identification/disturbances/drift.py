@@ -57,6 +57,7 @@ DISTURBANCE = Disturbance(
     words="the laser drifts, and no encoder shows how: told by friction alone it is known poorly",
     terms=_terms,
     hidden=_hidden,
+    told_by="an encoder beside the laser",
     rank=5,
     mimics="wear",
     emulated=("drift", "offset"),

@@ -10,6 +10,7 @@ DISTURBANCE = Disturbance(
     words="the encoder of the drive is eccentric: the disc turns at another speed than it shows",
     terms=lambda ready, size: tuple(turn_terms(SPEED, "w")),
     hidden=lambda ready: unrecorded(ready) or too_little_turned(ready),
+    told_by="a tachometer on the drive",
     rank=9,
     emulated=("drive_encoder",),
 )

@@ -21,6 +21,7 @@ DISTURBANCE = Disturbance(
     words="the drive, whose speed was not recorded, turns unevenly with its angle",
     terms=_terms,
     hidden=_hidden,
+    told_by="an encoder on the drive",
     rank=9,
     emulated=("drive_encoder",),
 )

@@ -21,6 +21,7 @@ DISTURBANCE = Disturbance(
         DisturbanceTerm.told("laser_bend", BEND, 2, ready.sensors.bend, "laser against encoder")
     ],
     hidden=no_laser,
+    told_by="an encoder beside the laser",
     rank=10,
     unsettles=("gain",),
     emulated=("laser_bend",),

@@ -26,6 +26,7 @@ DISTURBANCE = Disturbance(
     words="the laser is late, or its clock runs at another rate than that of the encoders",
     terms=lambda ready, size: [DisturbanceTerm("late", LATE, 0), DisturbanceTerm("clock", LATE, 1)],
     hidden=_hidden,
+    told_by="an encoder beside the laser",
     rank=11,
     emulated=("late",),
 )

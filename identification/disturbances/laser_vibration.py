@@ -64,6 +64,7 @@ DISTURBANCE = Disturbance(
     words="the laser shows a steady vibration: of its support, of the mains, or a higher one sampled too seldom",
     terms=_terms,
     hidden=_hidden,
+    told_by="an encoder beside the laser",
     rank=12,
     evident=True,
     remark=lambda ready, terms: f"; it has {_frequency(ready):.4g} Hz",

@@ -16,6 +16,7 @@ DISTURBANCE = Disturbance(
     words="the normal force changes with the angle of the drive (run-out of the disc or its shaft)",
     terms=lambda ready, size: tuple(turn_terms(NORMAL_FORCE, "N")),
     hidden=_hidden,
+    told_by="a load cell",
     rank=0,
     emulated=("once", "twice"),
 )

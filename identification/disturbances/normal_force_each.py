@@ -16,6 +16,7 @@ DISTURBANCE = Disturbance(
         term for log in range(len(ready.motions)) for term in turn_terms(NORMAL_FORCE, "N", log)
     ),
     hidden=_hidden,
+    told_by="a load cell",
     rank=1,
     same_as="normal-force",
     emulated=("once", "twice"),

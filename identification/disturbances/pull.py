@@ -19,6 +19,7 @@ DISTURBANCE = Disturbance(
     terms=lambda ready, size: [
         DisturbanceTerm(f"pull{order}", PULL, order, None, middle_of_slips(ready)) for order in POWERS
     ],
+    told_by="a free decay from a larger angle",
     rank=14,
     mimics="spring",
     unsettles=("k", "k/J"),

@@ -15,6 +15,7 @@ CUBIC = Effect(
 DISTURBANCE = Disturbance(
     words="the spring is not straight: its stiffness changes with the square of the angle",
     terms=lambda ready, size: [DisturbanceTerm.told("k3", CUBIC, 2, ready.decay and ready.decay.cubic, "free decay")],
+    told_by="a free decay from a larger angle",
     rank=6,
     unsettles=("k", "k/J"),
     emulated=("spring",),

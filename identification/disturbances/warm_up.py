@@ -22,6 +22,7 @@ FADE = Effect(
 DISTURBANCE = Disturbance(
     words="friction settles within each log, as that of contacts that grow warm does",
     terms=lambda ready, size: [DisturbanceTerm(f"warming{n + 1}", FADE, n) for n in range(len(TIMES))],
+    told_by="logs that begin after pauses of their own",
     rank=8,
     emulated=("warm_up",),
 )

@@ -5,7 +5,10 @@ from identification.disturbances.term import DisturbanceTerm, Effect
 from identification.measurement.pooled import Pool
 
 TIME = Effect(
-    "time", lambda at, order, functions: at.share**order, lambda order: f"of power {order} of the share of the log"
+    "time",
+    lambda at, order, functions: at.share**order,
+    lambda order: f"of power {order} of the share of the log",
+    width=lambda order: 0.01,
 )
 
 
@@ -18,6 +21,7 @@ def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:
 DISTURBANCE = Disturbance(
     words="friction changes with time, within the logs or from one to the next (wear, heat, humidity)",
     terms=_terms,
+    told_by="the same logs in another order",
     rank=3,
     remark=lambda ready, terms: "; one log shows no change from log to log" if len(ready.motions) == 1 else "",
     emulated=("per_log", "within"),

@@ -30,6 +30,7 @@ DISTURBANCE = Disturbance(
     words="the zero of the angle sensor is off, as drives that turn both ways tell",
     terms=lambda ready, size: [DisturbanceTerm("zero_of_angle", ZERO)],
     hidden=_hidden,
+    told_by="a free decay, which shows the zero",
     rank=4,
     emulated=("zero",),
 )

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from identification.disturbances import DISTURBANCES
 from identification.disturbances.term import DisturbanceTerm
 from identification.disturbances.terms import ranked, terms_of
 from identification.estimators.base import Estimate
@@ -46,12 +47,11 @@ def causes_of(verdict: Verdict, ready: Pool) -> tuple[Cause, ...]:
     """What slips show, in words."""
     causes = []
     for explanation in verdict.explanations:
-        words, chance = _words(explanation.name, explanation.terms, ready), float(np.exp(-explanation.gain / 2))
-        causes.append(
-            Cause(
-                explanation.name, words, explanation.size, explanation.unit, explanation.gain, chance, explanation.alike
-            )
-        )
+        one, alike = explanation, [name for name in explanation.alike if name in DISTURBANCES.names()]
+        words, chance = _words(one.name, one.terms, ready), float(np.exp(-one.gain / 2))
+        would = dict.fromkeys(disturbance.told_by for disturbance in ranked([one.name, *alike]).values())
+        told_by = "; or ".join(text for text in would if text) if one.alike else ""
+        causes.append(Cause(one.name, words, one.size, one.unit, one.gain, chance, one.alike, told_by))
     return tuple(causes)
 
 

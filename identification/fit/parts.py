@@ -125,7 +125,7 @@ class Cause(Shown):
     """A disturbance that was found. size: greatest change of friction that it makes in the logs, either way, relative,
     or greatest error of the sensor, in ``unit`` (rad, m); gain: by which BIC, or -2 ln of the likelihood without a law,
     falls with it, the others being there; chance: probability that this is chance; alike: other disturbances, or
-    constants that are wrong, which these logs do not tell from it."""
+    constants that are wrong, which these logs do not tell from it; told_by: what would."""
 
     name: str
     words: str
@@ -134,6 +134,7 @@ class Cause(Shown):
     gain: float
     chance: float
     alike: tuple[str, ...] = ()
+    told_by: str = ""
 
     @property
     def sentence(self) -> str:
@@ -142,7 +143,8 @@ class Cause(Shown):
         text = f"{self.name}: {self.words}"
         text += f", ± {size} (BIC {self.gain:.3g} better with it)." if self.size else "."
         if self.alike:
-            text += f" These logs do not tell it from {' or '.join(self.alike)}."
+            text += f" These logs do not tell it from {' or '.join(self.alike)}"
+            text += f"; this would: {self.told_by}." if self.told_by else "."
         return text
 
 

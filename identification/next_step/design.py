@@ -2,12 +2,9 @@
 
 A candidate (drive speed w, normal force N) is simulated with the fitted law, and the deviations with its log beside
 those fitted follow from the information of all (see `simulated_logs`). Candidates without stick-slip are refused with
-the reason. Where steady sliding at the slip speed v = r w is stable too,
-
-    c + R^2 N mu'(v) > 0,
-
-it is said how to begin. Several logs are planned together: the best beside those chosen so far, one
-after the other, then each changed for the best beside the rest until no change helps (Fedorov's exchange).
+the reason; where steady sliding is stable too it is said how to begin. Several logs are planned together: the best
+beside those chosen so far, one after the other, then each changed for the best beside the rest until no change helps
+(Fedorov's exchange).
 
 Candidates and plans are ranked by the geometric mean of the deviations, which no unit enters. Source of the information
 of an experiment and of the exchange: Fedorov (1972), Theory of Optimal Experiments, chapters 2 and 3.
@@ -30,8 +27,7 @@ from identification.fit.result import FrictionFit
 from identification.fitted_model.model import fitted_rig
 from identification.inference.identifiability import HIGHEST
 from identification.laws import FittableLaw, find_law, slip_laws
-from identification.measurement.pooled import RigValues
-from identification.next_step.information import deviations_of, mean_logarithm, ranked
+from identification.next_step.information import deviations_of, mean_logarithm, rank
 from identification.next_step.simulated_logs import Knowledge, SeenLog, SimulatedLogs, logged, stated_size
 from identification.next_step.simulated_logs import found as parameters_of
 
@@ -69,11 +65,6 @@ class Candidate(Shown):
         *("drive_speed", "load", "deviations", "gain", "index", "greatest_slip", "refused", "both"),
         *("start_angle", "start", "holds"),
     )
-
-    @property
-    def size(self) -> float:
-        """Mean ln of the deviations."""
-        return mean_logarithm(self.deviations)
 
     @property
     def start(self) -> str:
@@ -175,12 +166,11 @@ def design(
             one = forecast.candidate(w, N, run)
             if run.refused is None:
                 seen[w, N] = run
-                both = _slides_on(fit, law, replace(rig, forces=(N,)), rig.r * w)
-                one = replace(one, both=both, start_angle=runs.start_angle(w, N))
+                one = replace(one, both=runs.slides_on(w, N), start_angle=runs.start_angle(w, N))
             results.append(one)
             if progress is not None:
                 progress((number + 1) / len(grid))
-    best_first = ranked(results)
+    best_first = tuple(sorted(results, key=lambda one: rank(one.refused, one.deviations)))
     planned = [one for one in best_first if (one.drive_speed, one.load) in seen]
     plan = forecast.plan(planned, [seen[one.drive_speed, one.load] for one in planned], logs)
     if _holds(fit) and plan.logs:
@@ -281,12 +271,6 @@ class _Forecast:
             angle = None if one.start_angle is None else sign * one.start_angle + 0.0  # no -0
             logs.append(replace(one, drive_speed=sign * one.drive_speed, start_angle=angle))
         return Plan(tuple(logs), repeated)
-
-
-def _slides_on(fit: FrictionFit, law: FittableLaw, rig: RigValues, v: float) -> bool:
-    """Whether steady sliding at a slip speed is stable, m/s: c + R^2 N mu'(v) > 0."""
-    slope = float(np.diff(law.value(v * np.array([1 - 1e-5, 1 + 1e-5]), fit.law_values))[0]) / (2e-5 * v)
-    return rig.c + rig.R**2 * rig.N * slope > 0
 
 
 def _index(information: np.ndarray) -> float:

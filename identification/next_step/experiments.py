@@ -32,7 +32,7 @@ from identification.calibration.result import CalibratedValue, Calibration
 from identification.calibration.subject import Stretch, Subject, Window
 from identification.calibration.systems import subject_of
 from identification.calibration.untold import column_norms
-from identification.next_step.information import deviations_of, free_of, mean_logarithm, ranked
+from identification.next_step.information import deviations_of, free_of, mean_logarithm, rank
 
 if TYPE_CHECKING:
     import pandas
@@ -191,7 +191,8 @@ class Forecast:
 
     def experiments(self, judged: Iterable[CandidateExperiment]) -> Experiments:
         """All that were judged, in their order, and what they tell that the logs do not."""
-        now, best_first = deviations_of(self.now, self.names, self.chosen), ranked(judged)
+        now = deviations_of(self.now, self.names, self.chosen)
+        best_first = tuple(sorted(judged, key=lambda one: rank(one.refused, one.deviations)))
         return Experiments(best_first, now, self.duration, tuple(self._sentences(now, best_first)))
 
     def deviations(self, informations: Sequence[np.ndarray]) -> dict[str, float | None]:

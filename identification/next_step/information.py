@@ -8,8 +8,7 @@ by the geometric mean of sd', which no unit enters.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Protocol, TypeVar
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -18,26 +17,9 @@ from identification.calibration.untold import TAKES_PART
 LOST = 1e-12  # of the largest eigenvalue of the scaled precision: a direction that is not told
 
 
-class Foretold(Protocol):
-    """A candidate whose deviations are foretold."""
-
-    @property
-    def refused(self) -> str | None:
-        """Why it is none, None if it is one."""
-        ...
-
-    @property
-    def size(self) -> float:
-        """Mean ln of the deviations with its log beside the others."""
-        ...
-
-
-Kind = TypeVar("Kind", bound=Foretold)
-
-
-def ranked(candidates: Iterable[Kind]) -> tuple[Kind, ...]:
-    """The best first, those refused last."""
-    return tuple(sorted(candidates, key=lambda one: (one.refused is not None, one.size)))
+def rank(refused: str | None, deviations: Mapping[str, float | None]) -> tuple[bool, float]:
+    """Place of a candidate among others: the best first, those refused last."""
+    return refused is not None, mean_logarithm(deviations)
 
 
 def mean_logarithm(deviations: Mapping[str, float | None]) -> float:

@@ -29,7 +29,7 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.segment_runs import STARTS
 from identification.fit.parts import FittedParameter
 from identification.fit.result import FrictionFit
-from identification.fitted_model.model import SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
+from identification.fitted_model.model import FittedModel, SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.problem import determines
 from identification.laws import FittableLaw
 from identification.measurement.slip_segments import THRESHOLD, stretches
@@ -125,10 +125,17 @@ class SimulatedLogs:
             return replace(seen, information=nothing, refused=f"no stick if it is {100 * (FASTER - 1):.0f} % faster")
         return seen
 
+    def slides_on(self, w: float, N: float) -> bool:
+        """Whether steady sliding is stable."""
+        sliding = self._model(N).sliding({self.fit.contacts[0]: w})
+        return sliding is not None and sliding.damping > 0
+
+    def _model(self, N: float) -> FittedModel:
+        return self.model.with_parameters(fmu_parameters(loaded(self.fit, N)))
+
     def motion(self, w: float, N: float, **how: object) -> SimulatedMotion:
         """The motion at a drive speed and load."""
-        model = self.model.with_parameters(fmu_parameters(loaded(self.fit, N)))
-        return model.run({self.fit.contacts[0]: w}, self.span, 1 / RATE, **how)  # type: ignore[reportArgumentType]
+        return self._model(N).run({self.fit.contacts[0]: w}, self.span, 1 / RATE, **how)  # type: ignore[reportArgumentType]
 
     def _sticks(self, motion: SimulatedMotion) -> bool:
         return bool(np.any(motion.states[self.fit.contacts[0]] == 0))

@@ -70,18 +70,24 @@ def uneven(rng: np.random.Generator, without: str = "drive") -> Case:
     return replace(bare(without), names=frozenset({"drive-uneven"}))
 
 
-def spring(rng: np.random.Generator) -> Case:
-    return Case(frozenset({"spring"}), bent={"k3": either(rng, 0.05, 0.5)})
+def spring(rng: np.random.Generator, low: float = 0.05, high: float = 0.5) -> Case:
+    return Case(frozenset({"spring"}), bent={"k3": either(rng, low, high)})
 
 
 def damping(rng: np.random.Generator) -> Case:
     return Case(frozenset({"damping"}), bent={"c2": float(rng.uniform(0.002, 0.01))})
 
 
-def wear(rng: np.random.Generator) -> Case:
+def wear(rng: np.random.Generator, low: float = 0.003, high: float = 0.02) -> Case:
     """Friction of the first log in its middle is that of the law."""
-    size = either(rng, 0.003, 0.02)
+    size = either(rng, low, high)
     return factor("wear", lambda t, angle, log, turned: 1 + size * (log + t / 10 - 0.5))
+
+
+def load(rng: np.random.Generator) -> Case:
+    """The normal force of each log is another, by .3 %; the first is that of the law."""
+    change = 0.003 * rng.permutation([-1, 1])
+    return factor("wear", lambda t, angle, log, turned: 1 + [0.0, *change][log])
 
 
 def warm_up(rng: np.random.Generator) -> Case:
@@ -195,7 +201,8 @@ CASES: dict[str, Callable[[np.random.Generator], Case]] = {
     "clean": lambda rng: Case(),
     **{"spring": spring, "damping": damping, "wear": wear, "warm-up": warm_up, "normal-force": normal_force},
     **{"drive-encoder": drive_encoder, "laser-bend": laser_bend, "spring+wear": spring_and_wear},
-    **{"direction": direction},
+    **{"direction": direction, "wear-.3%": lambda rng: wear(rng, 0.003, 0.003), "load-.3%": load},
+    **{"spring-.2%": lambda rng: spring(rng, 0.05, 0.05)},
     **{"laser-vibration": vibration, "laser-walk": lambda rng: walk(rng, alone=True)},
     **{"clean-both": lambda rng: Case(both_ways=True), "clean-alone": lambda rng: bare("encoder")},
     **{"nominal-even": lambda rng: bare("drive", ripple=(0.0, 0.0), hunting=0.0), "nominal": uneven},

@@ -71,6 +71,8 @@ def test_folds_are_solved_for():
     assert tip.kind == "lost" and tip.fold and tip.value == pytest.approx(1.193153181280957, abs=1e-10)
     assert up.words[1][tip.name] == "1-1"
     assert up.low[1, tip.name] < 3181 / 10201 < up.high[1, tip.name]
+    born = over_frequency(np.linspace(1.048, 1.06, 5)).tips
+    assert [(t.kind, t.fold) for t in born] == [("born", True)]
     down = over_frequency([1.2, 1.18])
     assert [(t.kind, t.fold) for t in down.tips] == [("born", True)]
     assert down.tips[0].value == pytest.approx(tip.value, abs=1e-10)

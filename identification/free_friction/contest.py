@@ -83,10 +83,10 @@ class Verdict:
 def contest(
     ready: Pool, segments: Sequence[ShootingSegment], noise_known: bool, named: Sequence[str] | None = None
 ) -> Verdict | None:
-    """The verdict on slips; None where they do not tell friction without a law: those of two discs, or
-    such as no torque follows. ready: logs of one rig; segments: their
-    slips; noise_known: whether the noise of their sensors is known; otherwise its size is what no friction follows;
-    named: disturbances that are taken for granted, and no others; None: those that the slips show.
+    """The verdict on slips; None where they do not tell friction without a law: those of two discs, or such as no
+    torque follows. ready: logs of one rig; segments: their slips; noise_known: whether the noise of their sensors is
+    known; otherwise its size is what no friction follows; named: disturbances that are taken for granted, and no
+    others; None: those that the slips show.
 
     Raises:
         StickslipError: slips too short for inverse dynamics, or logs that cannot show what is named.

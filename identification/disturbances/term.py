@@ -110,6 +110,7 @@ class DisturbanceTerm:
         prior: what is assumed beforehand.
         words: what it means.
         cause: name of the disturbance.
+        random: whether it is one of many that are normal with the width of its effect, in a fit of a law too.
     """
 
     name: str
@@ -120,6 +121,7 @@ class DisturbanceTerm:
     prior: Prior | None = None
     words: str = ""
     cause: str = field(default="", kw_only=True)
+    random: bool = field(default=False, kw_only=True)
 
     @classmethod
     def told(
@@ -131,7 +133,8 @@ class DisturbanceTerm:
 
     def shape(self, where: Whereabouts) -> np.ndarray:
         """The shape that the term's value multiplies."""
-        value = self.effect.formula(replace(where, angle=where.angle - self.reference), self.order, np)
+        at = replace(where, angle=where.angle - self.reference) if self.reference else where
+        value = self.effect.formula(at, self.order, np)
         if self.effect.sensor == ANGLE:
             value = np.full_like(where.angle, value)
         elif self.effect.sensor == LASER:
@@ -161,7 +164,10 @@ class DisturbanceTerm:
     @property
     def unknown(self) -> Unknown:
         """The term as an unknown of a problem."""
-        return Unknown(self.name, self.effect.unit(self.order), *self.effect.limits, self.words, self.prior)
+        unit, prior = self.effect.unit(self.order), self.prior
+        if self.random:
+            prior = Prior(self.name, 0.0, unit, self.effect.width(self.order), self.cause, many=True)
+        return Unknown(self.name, unit, *self.effect.limits, self.words, prior)
 
 
 def disturbed(

@@ -159,7 +159,7 @@ def _lines(ready: Pool) -> tuple[Unknown, ...]:
     deviation = ready.sensors.rms
     reach = REACH * deviation
     lines = np.unique(np.concatenate(passed))
-    priors = [Prior(f"{LINE}{line}", 0.0, "rad", deviation, "usual ruling") for line in lines]
+    priors = [Prior(f"{LINE}{line}", 0.0, "rad", deviation, "usual ruling", many=True) for line in lines]
     return tuple(Unknown(prior.name, "rad", -reach, reach, "misplacement of a line", prior) for prior in priors)
 
 

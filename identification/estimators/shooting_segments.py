@@ -374,7 +374,7 @@ class ShootingProblem(FrictionProblem):
         self, segment: ShootingSegment, values: Mapping[str, float], theta: np.ndarray, omega: np.ndarray
     ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], dict[str, np.ndarray]]:
         """What the laser shows too much, over R (n,), its derivatives by angle and speed, and by each term."""
-        terms = [term for term in self.terms if term.effect.sensor == LASER]
+        terms = [t for t in self.terms if t.effect.sensor == LASER and t.log in (None, segment.log)]
         x = np.array([values[term.name] for term in terms])
         if not terms:
             return np.zeros(1), (np.zeros(1), np.zeros(1)), {}

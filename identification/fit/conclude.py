@@ -18,7 +18,7 @@ from identification.estimators import lugre, shooting
 from identification.estimators.base import FrictionProblem, FrictionRows
 from identification.estimators.regression import RegressionProblem
 from identification.estimators.releases import Breakaway, Fitted, breakaway
-from identification.estimators.shooting_segments import LINE, ShootingProblem
+from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.adjust import Adjusted, Conflict
 from identification.fit.parts import Constant, FittedParameter, StatedConstant
 from identification.fit.result import FrictionFit
@@ -81,7 +81,8 @@ def conclude(
     bound = None if inference.bound is None else among(inference.bound, free)
     unknowns = _parameters(problem, solution, (covariance, white, bound), scale)
     parameters = unknowns[:count]
-    nuisance = tuple(unknown for unknown in unknowns[count:] if not unknown.name.startswith(LINE))
+    many = {one.name for one in problem.unknowns if one.prior is not None and one.prior.many}
+    nuisance = tuple(one for one in unknowns[count:] if one.name not in many)
     rows = problem.rows(solution.values)
     segments = len(np.unique(solution.evaluation.cluster))
     return FrictionFit(

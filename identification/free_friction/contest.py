@@ -83,10 +83,10 @@ class Verdict:
 def contest(
     ready: Pool, segments: Sequence[ShootingSegment], noise_known: bool, named: Sequence[str] | None = None
 ) -> Verdict | None:
-    """The verdict on slips; None where they do not tell friction without a law: those of two discs, or
-    such as no torque follows. ready: logs of one rig; segments: their
-    slips; noise_known: whether the noise of their sensors is known; otherwise its size is what no friction follows;
-    named: disturbances that are taken for granted, and no others; None: those that the slips show.
+    """The verdict on slips; None where they do not tell friction without a law: those of two discs, or such as no
+    torque follows. ready: logs of one rig; segments: their slips; noise_known: whether the noise of their sensors is
+    known; otherwise its size is what no friction follows; named: disturbances that are taken for granted, and no
+    others; None: those that the slips show.
 
     Raises:
         StickslipError: slips too short for inverse dynamics, or logs that cannot show what is named.
@@ -98,9 +98,9 @@ def contest(
     with np.errstate(all="ignore"):  # a search from far off may try what no motion follows
         guess = begun(bare)
         misfit = bare.squares(guess) / samples
-        if misfit < ASTRAY:
-            field = replace(field, evident=())
-        elif field.evident:
+        if misfit < ASTRAY:  # only what has a size that is known
+            field = replace(field, evident=tuple(name for name in field.evident if not field.count(name)))
+        if field.evident:
             bare = field.slips(bare, field.evident)
             guess = begun(bare)
             misfit = bare.squares(guess) / samples
@@ -207,6 +207,10 @@ class _Field:
         both |= {frozenset((name, one.mimics)) for name, one in disturbances.items() if one.mimics}
         return cls(columns, terms, frozenset(both), tuple(name for name, one in disturbances.items() if one.evident))
 
+    def count(self, name: str) -> int:
+        """Columns of a candidate whose size nothing tells beforehand."""
+        return len(self.columns[name]) - sum(term.random for term in self.terms.get(name, ()))
+
     def slips(self, bare: Slips, chosen: Sequence[str]) -> Slips:
         """Slips with the columns of these candidates, those that they have among them."""
         terms = dict.fromkeys((*bare.terms, *(term for name in chosen for term in self.terms.get(name, ()))))
@@ -277,7 +281,7 @@ class _Table:
 
     def worth(self, chosen: Sequence[str]) -> float:
         """ln L of a set less the price of its size; a set of as many columns as half of the slips is worth nothing."""
-        if 2 * (sum(len(self.field.columns[name]) for name in chosen) + 1) > len(self.slips.segments):
+        if 2 * (sum(map(self.field.count, chosen)) + 1) > len(self.slips.segments):
             return -np.inf
         return self.likelihood(chosen) - len(chosen) * float(np.log(len(self.field.columns)))
 
@@ -298,6 +302,8 @@ class _Table:
             if self.worth((*chosen, *pair)) > above + GAIN:
                 best = (*chosen, *pair)
         for name in chosen:
+            if name in self.field.evident and not self.field.count(name):  # others than slips show it, and how large
+                continue
             others = tuple(one for one in best if one != name)
             if self.worth(best) < self.worth(others) + GAIN:
                 best = others

@@ -217,8 +217,10 @@ class Gram:
         own = np.array([row.local.T @ row.local for row in rows])
         across = np.array([row.local.T @ row.shared for row in rows])
         down = np.array([row.local.T @ row.residual for row in rows])
-        whole = sum(row.shared.T @ row.shared for row in rows)
-        slope = sum(row.shared.T @ row.residual for row in rows)
+        whole, slope = np.zeros(2 * across.shape[-1:]), sum(row.shared.T @ row.residual for row in rows)
+        for row in rows:
+            mine = np.flatnonzero(row.shared.any(axis=0))  # not those of other logs
+            whole[np.ix_(mine, mine)] += row.shared[:, mine].T @ row.shared[:, mine]
         squares = sum(float(row.residual @ row.residual) for row in rows)
         precision = np.concatenate([np.full(STARTS, EXACT), np.full(MODES, tau**-2)])
         down[:, STARTS:] += guess.unexplained / tau**2

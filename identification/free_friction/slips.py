@@ -50,7 +50,7 @@ YIELDS, AHEAD = "yields", "sigma1/sigma0"  # of a contact that gives way: y, and
 LEAST_BEFORE = 1e-3  # m/s, of slip before, below which it is the speed of a contact in stick
 WRONG = "*"  # after the name of a constant: how far it is off beyond its stated uncertainty
 
-Shown = tuple[np.ndarray, np.ndarray, np.ndarray, list[np.ndarray]]  # see `Slips._shown`
+Shown = tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, np.ndarray]]  # see `Slips._shown`
 
 
 @dataclass(eq=False)
@@ -322,10 +322,12 @@ class Slips:
         at, share = self._between(number)
         turned = Motion(self.time[number, ::2], angle[number], speed[number]).angle_at(segment.time)
         turning = (1 - share) * speed[number, at] + share * speed[number, at + 1]
-        values = np.array([shared.get(term.name, 0.0) for term in self.terms])
+        terms = [term for term in self.terms if term.of_sensor and term.log in (None, segment.log)]
+        values = np.array([shared.get(term.name, 0.0) for term in terms])
         log = self.ready.motions[segment.log].time
         where = Whereabouts.seen(log, segment.log, segment.time, turned, turning)
-        misreading, slopes = misread(self.terms, values, where)
+        misreading, slopes = misread(terms, values, where)
+        slopes = dict(zip([term.name for term in terms], slopes, strict=True))
         turned = turned + misreading - shared.get("delay", 0.0) * turning
         if segment.lines is not None:
             ruled, place = np.unique(segment.lines, return_inverse=True)
@@ -352,11 +354,7 @@ class Slips:
         lines = self.segments[number].lines
         if lines is not None:
             sensors |= {"zero": np.ones(len(shown)), **{f"{LINE}{line}": lines == line for line in np.unique(lines)}}
-        sensors |= {
-            term.name: slope * misreading
-            for term, misreading in zip(self.terms, misreadings, strict=True)
-            if term.of_sensor
-        }
+        sensors |= {name: slope * misreading for name, misreading in misreadings.items()}
         for place, name in enumerate(self.names, first):
             if name in sensors:
                 columns[:, place] += sensors[name]
@@ -386,6 +384,8 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
 
     def response(torque: np.ndarray) -> np.ndarray:
         """Of the angle to an acceleration (n_slips, count + 1)."""
+        if not torque.any():
+            return torque
         first, second = (
             step * cumulative_simpson(torque * part / whole, axis=1, initial=0)
             for part in (-fundamental[..., 0, 1], fundamental[..., 0, 0])

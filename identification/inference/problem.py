@@ -36,7 +36,8 @@ INSIDE = 1e-6  # of the range between two bounds: a start on a bound has no room
 @dataclass(frozen=True)
 class Prior:
     """A constant as it is known: name, value, unit, standard uncertainty and where it is from. stated: whether anybody
-    says how well it is known; if not, the uncertainty is 0 only because it has to be a number."""
+    says how well it is known; if not, the uncertainty is 0 only because it has to be a number; many: whether it is one
+    of many of a kind, which nobody wants to see one by one."""
 
     name: str
     value: float
@@ -44,6 +45,7 @@ class Prior:
     standard_uncertainty: float
     source: str
     stated: bool = True
+    many: bool = False
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def without_drift(motions: Sequence[DiscMotion], equations: EdgeEquations) -> tu
         curves = -level[mine, None] * _cosines(share[mine], pieces)
         speed = equations.design[mine, 1]
         columns = np.column_stack([speed, speed * share[mine], equations.edge[mine], curves])
-        projected = _within(columns, label[mine])  # one constant for each label is projected out by its mean
+        projected = within(columns, label[mine])  # one constant for each label is projected out by its mean
         projected = _means(_residual(projected[:, :2], projected[:, 2:]), block)
         found = _wandering(projected[:, 0], projected[:, 1:])
         if found is None:
@@ -76,7 +76,7 @@ def _cosines(share: np.ndarray | float, count: int) -> np.ndarray:
     return np.cos(np.pi * np.multiply.outer(np.asarray(share), orders)) / orders
 
 
-def _within(columns: np.ndarray, label: np.ndarray) -> np.ndarray:
+def within(columns: np.ndarray, label: np.ndarray) -> np.ndarray:
     """Columns (n, m) less their means over equal labels (n,)."""
     counts = np.maximum(np.bincount(label), 1)
     return np.stack([column - (np.bincount(label, column) / counts)[label] for column in columns.T], axis=1)

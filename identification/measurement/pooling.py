@@ -14,6 +14,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
 from identification.measurement.disc_motion import angle_sensor, disc_motion, fuse, zeroed
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
+from identification.measurement.laser_walk import with_walk
 from identification.measurement.motion import SMOOTHING, DiscMotion
 from identification.measurement.pool_warnings import pool_warnings, zero_unseen
 from identification.measurement.pooled import Pool, rig_values
@@ -75,6 +76,7 @@ def pool(
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = at_rest(raw, free_decay)
     fused, sensors = fuse(raw, SMOOTHING * period)
+    fused = with_walk(fused, values.r, values.R, period)
 
     def with_segments(motion: DiscMotion) -> tuple[DiscMotion, list[SlipSegment]]:
         check_stick_speed(motion, values.r, values.R, SMOOTHING * period)

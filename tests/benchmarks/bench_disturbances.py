@@ -66,8 +66,8 @@ def bare(without: str, **bent: Any) -> Case:
     return Case(bent=bent, faults=Faults(without=without))
 
 
-def uneven(rng: np.random.Generator) -> Case:
-    return replace(bare("drive"), names=frozenset({"drive-uneven"}))
+def uneven(rng: np.random.Generator, without: str = "drive") -> Case:
+    return replace(bare(without), names=frozenset({"drive-uneven"}))
 
 
 def spring(rng: np.random.Generator, low: float = 0.05, high: float = 0.5) -> Case:
@@ -206,7 +206,7 @@ CASES: dict[str, Callable[[np.random.Generator], Case]] = {
     **{"laser-vibration": vibration, "laser-walk": lambda rng: walk(rng, alone=True)},
     **{"clean-both": lambda rng: Case(both_ways=True), "clean-alone": lambda rng: bare("encoder")},
     **{"nominal-even": lambda rng: bare("drive", ripple=(0.0, 0.0), hunting=0.0), "nominal": uneven},
-    **{"by-encoder": lambda rng: bare("laser"), "by-encoder-nominal": lambda rng: bare("laser drive")},
+    **{"by-encoder": lambda rng: bare("laser"), "by-encoder-nominal": lambda rng: uneven(rng, "laser drive")},
     **{"walk": walk, "u:rocking": rocking, "u:magnet": magnet, "u:bearing": bearing, "u:draft": draft},
     **{
         "cable": cable,

@@ -53,7 +53,7 @@ def test_a_disturbance_of_the_user_is_estimated_and_read_back(tmp_path: Path, mo
 def test_each_says_which_sizes_emulate_it() -> None:
     emulated = {size for disturbance in ranked().values() for size in disturbance.emulated}
     # what an encoder or a laser beside tells is no disturbance that is sought
-    assert emulated == {name for name, kind in KINDS.items() if kind.known} - {"walk", "clock", "lost"}
+    assert emulated == {name for name, kind in KINDS.items() if kind.known} - {"clock", "lost"}
 
 
 def test_names_in_the_help_come_from_the_registry() -> None:

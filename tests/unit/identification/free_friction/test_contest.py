@@ -23,6 +23,8 @@ from identification.free_friction.curve import begun, slips_of
 from identification.free_friction.result import COEFFICIENTS
 from identification.free_friction.slips import MODES, STARTS, Guess
 from identification.measurement.pooling import pool
+from rig_io.bench.emulation import MicroSlip
+from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import RigLog
 
 TRUTH = np.array([0.65, 0.35, 15.0])
@@ -114,6 +116,29 @@ def test_a_laser_that_walks_is_told_by_the_encoder_and_taken_off() -> None:
     assert sum("drifts against" in one for one in said.sensors.warnings) == 2 and not still.sensors.warnings
     for walked, whole in zip(said.motions, still.motions, strict=True):
         assert np.std(walk) > 3e-4 and np.std(walked.angle - whole.angle) < 1e-4
+
+
+def walking(seed: int, size: float, **bent: Any) -> list[RigLog]:
+    """A laser alone that walks by ``size`` m in ten seconds."""
+    walk = np.cumsum(np.random.default_rng(seed).standard_normal(10_001)) * size / 0.125 / 100
+    return logs(seed, Faults(laser=lambda t, angle: walk[: len(t)], without="encoder"), **bent)
+
+
+def test_sticks_tell_a_laser_that_walks_from_one_that_stays_and_from_a_contact_that_rings() -> None:
+    for size in (1e-4, 2e-4):
+        rates = [pool(walking(seed, size)).motions[0].wander * 0.125 * np.pi / np.sqrt(0.03) for seed in (9, 10)]
+        assert rates == pytest.approx(2 * [size], rel=0.4)
+    assert all(motion.wander == 0 for motion in pool(walking(9, 0.0)).motions)
+    ringing = [replace(one, encoder=None, micro_slip=MicroSlip()) for one in standard_set(speeds=(0.83, 1.4))]
+    assert all(m.wander == 0 for m in pool([emulate(one, 3, n) for n, one in enumerate(ringing)]).motions)
+
+
+@pytest.mark.nightly
+def test_a_walk_of_a_laser_alone_is_named_and_the_law_holds() -> None:
+    fit = fit_friction(walking(9, 2e-4))
+    assert [cause.name for cause in fit.causes] == ["laser-walk"] and not any("walk" in q.name for q in fit.nuisance)
+    assert np.all(np.abs(off(fit)) < 3) and fit["mu_s"].total_deviation < 0.02 * fit["mu_s"].value
+    assert fit.free is not None and fit.free.explains and not fit.free.departures(conti)
 
 
 def test_a_direction_and_a_vibration_are_named() -> None:

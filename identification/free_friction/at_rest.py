@@ -25,8 +25,9 @@ from identification.estimators.sticks import (
     sensed,
     sticks_of,
 )
+from identification.free_friction.guess import MODES, STARTS, WRONG, Guess
 from identification.free_friction.result import COEFFICIENTS
-from identification.free_friction.slips import MODES, STARTS, WRONG, Guess, Slips
+from identification.free_friction.slips import Slips
 from identification.laws import find_law
 from identification.laws.law import FittableLaw
 

@@ -37,8 +37,10 @@ from identification.free_friction.curve import (
     slips_of,
 )
 from identification.free_friction.evidence import Evidence
+from identification.free_friction.guess import AHEAD, WRONG, YIELDS, Guess
+from identification.free_friction.responses import rows_of
 from identification.free_friction.result import COEFFICIENTS, FreeFriction
-from identification.free_friction.slips import AHEAD, WRONG, YIELDS, Guess, Slips
+from identification.free_friction.slips import Slips
 from identification.inference.uncertainty import autocorrelation
 from identification.measurement.pooled import Pool
 
@@ -160,7 +162,7 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
 def _neighbours(slips: Slips, guess: Guess) -> float:
     """The correlation of neighbouring residuals in slips, over its deviation in white noise; 0 where they are smaller
     than any noise is known to be."""
-    residuals = [row.residual for row in slips.rows(guess)]
+    residuals = [row.residual for row in rows_of(slips, guess)]
     cluster, every = np.repeat(np.arange(len(residuals)), list(map(len, residuals))), np.concatenate(residuals)
     if float(np.mean(every**2)) < SILENT**2:
         return 0.0
@@ -229,7 +231,7 @@ class _Table:
 
     @cached_property
     def _grams(self) -> list[Gram]:
-        rows = self.slips.rows(self.guess)
+        rows = rows_of(self.slips, self.guess)
         return [Gram.of(rows, self.guess, tau) for tau in TAUS]
 
     @cached_property

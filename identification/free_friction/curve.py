@@ -24,8 +24,10 @@ from identification.estimators.savitzky_golay import friction_samples
 from identification.estimators.segment_runs import ShootingSegment
 from identification.estimators.shooting_segments import LINE
 from identification.free_friction.at_rest import Releases
+from identification.free_friction.guess import AHEAD, MODES, STARTS, WRONG, YIELDS, Guess, SlipRows
+from identification.free_friction.responses import rows_of
 from identification.free_friction.result import BENDS, COEFFICIENTS, FreeFriction, SpeedBasis
-from identification.free_friction.slips import AHEAD, MODES, STARTS, WRONG, YIELDS, Guess, SlipRows, Slips
+from identification.free_friction.slips import Slips
 from identification.inference.problem import Prior
 from identification.measurement.motion import SMOOTHING
 from identification.measurement.pooled import SPEED, Pool
@@ -109,7 +111,7 @@ def settled(slips: Slips, guess: Guess, near: tuple[float, float] | None = None)
     if near is None or not follows(slips, loose, followed):
         loose = _searched(slips, known, guess, widest)
         followed = slips.squares(loose)
-    rows = slips.rows(loose)
+    rows = rows_of(slips, loose)
     values = loose.values(slips.names)
     likelihood = [Gram.of(rows, loose, tau).least(known, values).likelihood for tau in TAUS]
     best = int(np.argmax(likelihood))
@@ -281,7 +283,7 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
 
     before, first = total(guess), 0
     for _ in range(STEPS):
-        gram, values = Gram.of(slips.rows(guess), guess, tau), guess.values(slips.names)
+        gram, values = Gram.of(rows_of(slips, guess), guess, tau), guess.values(slips.names)
         if not before - gram.least(known, values).squares > LITTLE:
             return guess
         for damped in DAMPED[first:]:
@@ -302,7 +304,7 @@ def _at_rest(slips: Slips, guess: Guess, tau: float) -> tuple[Guess, Gram, int]:
     """The best guess with what releases of sticks say beside the slips, the normal equations there, and of how many
     sticks; as it was without any where they cannot be followed."""
     known, every = Known.of(slips), Releases.of(slips)
-    plain = Gram.of(slips.rows(guess), guess, tau)
+    plain = Gram.of(rows_of(slips, guess), guess, tau)
     if every is None:
         return guess, plain, 0
     off, unit = guess.coefficients[0] - every.rough(guess), np.eye(len(known.mean))[0]
@@ -313,7 +315,7 @@ def _at_rest(slips: Slips, guess: Guess, tau: float) -> tuple[Guess, Gram, int]:
         return guess, plain, 0
     farthest = np.inf
     for _ in range(ROUNDS):
-        gram, values, step = Gram.of(slips.rows(near), near, tau), near.values(slips.names), np.zeros(len(unit))
+        gram, values, step = Gram.of(rows_of(slips, near), near, tau), near.values(slips.names), np.zeros(len(unit))
         best = gram.least(known, values)
         for _ in range(STEPS):
             residual, slope = releases.row(near.moved(step, best.local, slips.names), tau, whole=False)
@@ -328,13 +330,15 @@ def _at_rest(slips: Slips, guess: Guess, tau: float) -> tuple[Guess, Gram, int]:
     residual, slope = releases.row(near, tau, whole=True)
     if not farthest < NEAR or abs(residual) > ASTRAY:
         return guess, plain, 0
-    return near, Gram.of(slips.rows(near), near, tau).beside(slope, residual), len(releases.at)
+    return near, Gram.of(rows_of(slips, near), near, tau).beside(slope, residual), len(releases.at)
 
 
 def curve_of(slips: Slips, guess: Guess, tau: float) -> FreeFriction:
     """The curve of a guess that has settled, with its bands."""
     guess, gram, releases = _at_rest(slips, guess, tau)
-    hessian = gram.alike(slips.rows(guess), slips.torn(tau)).least(Known.of(slips), guess.values(slips.names)).hessian
+    hessian = (
+        gram.alike(rows_of(slips, guess), slips.torn(tau)).least(Known.of(slips), guess.values(slips.names)).hessian
+    )
     constants = slips.constants(guess)
     form = [
         *range(COEFFICIENTS),

@@ -15,8 +15,10 @@ from functools import cached_property
 import numpy as np
 
 from identification.free_friction.curve import TAUS, Gram, Known
+from identification.free_friction.guess import Guess
+from identification.free_friction.responses import rows_of
 from identification.free_friction.result import COEFFICIENTS, SpeedBasis
-from identification.free_friction.slips import Guess, Slips
+from identification.free_friction.slips import Slips
 from identification.laws import FittableLaw
 
 SPEEDS = 400  # among those seen, over which a law is carried to the curve
@@ -50,7 +52,7 @@ class Evidence:
     @classmethod
     def of(cls, slips: Slips, guess: Guess, tau: float) -> Evidence:
         """Of the curve of a guess that has settled."""
-        rows = slips.rows(guess)
+        rows = rows_of(slips, guess)
         gram = Gram.of(rows, guess, tau).alike(rows, torn := slips.torn(tau))
         hessian = gram.least(known := Known.of(slips), guess.values(slips.names)).hessian
         own, rest = slice(None, COEFFICIENTS), slice(COEFFICIENTS, None)

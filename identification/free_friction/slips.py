@@ -1,4 +1,4 @@
-"""All slips of one driving disc at once: their motion under a free friction, and its derivatives.
+"""All slips of one driving disc at once: their motion under a free friction.
 
     theta'' = -(k K/J) theta - (c C/J) omega + (R N/J) (s mu(v) A + x(t)),    v = s (r w W - R omega),
     x(t) = sum_n x_n cos(n pi t/T), n = 0 .. 3
@@ -6,7 +6,7 @@
 s is the direction of slip, A, K, C, W the factors of disturbances, w the speed of the drive, T how long the slip lasts.
 x is what no term explains, in units of the friction coefficient: being part of the torque, and not of the residual, it
 holds the motion near the record however wrong the model is. Slips run side by side by the Runge-Kutta method of fourth
-order; theta follows a small torque f as  Phi int Phi^-1 (0, f) dt,  Phi the motion's fundamental matrix.
+order.
 
 A contact that gives way in stick by C may forget what it was over z = y C N mu(v) of slip, as bristles do: friction is
 
@@ -18,7 +18,7 @@ Autom. Control 40, 419, equations (1) to (3), z and sigma1 small.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -37,56 +37,15 @@ from identification.disturbances.term import (
 from identification.estimators.regression import load_factor
 from identification.estimators.segment_runs import ShootingSegment
 from identification.estimators.shooting_segments import LINE
+from identification.free_friction.guess import AHEAD, MODES, WRONG, YIELDS, Guess, SlipRows
 from identification.free_friction.result import SpeedBasis
 from identification.measurement.motion import drive_angle
 from identification.measurement.pooled import Pool, RigValues, rig_values, speed_name
 from rig_io.sensors.motion import Motion
 
 STEPS = 80  # a natural period: an error of 1e-6 of the motion, and of 1e-3 of the noise
-MODES = 4  # of what no term explains, in each slip
-STARTS = 2  # angle and speed, of each slip
-DIFFERENCE = 1e-6  # rad, rad/s
-YIELDS, AHEAD = "yields", "sigma1/sigma0"  # of a contact that gives way: y, and by which its friction is ahead, s
-LEAST_BEFORE = 1e-3  # m/s, of slip before, below which it is the speed of a contact in stick
-WRONG = "*"  # after the name of a constant: how far it is off beyond its stated uncertainty
 
-Shown = tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, np.ndarray]]  # see `Slips._shown`
-
-
-@dataclass(eq=False)
-class Guess:
-    """Where a search is. coefficients: of the curve; starts (n_slips, STARTS): rad, rad/s; unexplained: (n_slips,
-    MODES); shared: logarithms of constants over their values, gain, delay, terms, by name."""
-
-    coefficients: np.ndarray
-    starts: np.ndarray
-    unexplained: np.ndarray
-    shared: dict[str, float] = field(default_factory=dict)
-
-    def values(self, names: Sequence[str]) -> np.ndarray:
-        """Coefficients and named values (m,)."""
-        return np.concatenate([self.coefficients, [self.shared.get(name, 0.0) for name in names]])
-
-    def moved(self, step: np.ndarray, local: np.ndarray, names: Sequence[str]) -> Guess:
-        """Another, with steps of coefficients and named values (m,) and of each slip (n_slips, STARTS + MODES)."""
-        count = len(self.coefficients)
-        values = {name: self.shared.get(name, 0.0) + float(s) for name, s in zip(names, step[count:], strict=True)}
-        return Guess(
-            self.coefficients + step[:count],
-            self.starts + local[:, :STARTS],
-            self.unexplained + local[:, STARTS:],
-            self.shared | values,
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class SlipRows:
-    """Whitened residuals of one slip (n,), and their derivatives by what is its own (n, STARTS + MODES) and by what all
-    share (n, m)."""
-
-    residual: np.ndarray
-    local: np.ndarray
-    shared: np.ndarray
+Shown = tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, np.ndarray]]  # see `Slips.shown`
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +61,7 @@ class Slips:
     names: tuple[str, ...]
     soft: float = 0.0
     _last: list[tuple[Guess, set[str], tuple[np.ndarray, np.ndarray]]] = field(default_factory=list, repr=False)
-    _rows: list[tuple[Guess, list[SlipRows]]] = field(default_factory=list, init=False, repr=False)
+    rows: list[tuple[Guess, list[SlipRows]]] = field(default_factory=list, init=False, repr=False)
 
     def with_noise(self, louder: float) -> Slips:
         """The same slips seen by sensors whose noise is larger."""
@@ -296,30 +255,15 @@ class Slips:
                 for segment, seen in zip(self.segments, self._seen(guess, angle, speed), strict=True)
             )
 
-    def rows(self, guess: Guess) -> list[SlipRows]:
-        """Residuals of all slips and their derivatives."""
-        if self._rows and self._rows[0][0] is guess:
-            return self._rows[0][1]
-        angle, speed = self.run(guess)
-        with np.errstate(all="ignore"):
-            responses = _responses(guess, self, angle, speed)
-        rows = []
-        for number, segment in enumerate(self.segments):
-            shown = self._shown(number, guess, angle, speed)
-            columns = segment.whitened(self._columns(number, responses[:, number], shown))
-            residual = segment.whitened((shown[0] - segment.measured)[:, None])[:, 0]
-            rows.append(SlipRows(residual, columns[:, : STARTS + MODES], columns[:, STARTS + MODES :]))
-        self._rows[:] = [(guess, rows)]
-        return rows
-
     def _seen(self, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
         """What the sensor would show in each slip (n,), m or rad."""
-        return [self._shown(number, guess, angle, speed)[0] for number in range(len(self.segments))]
+        return [self.shown(number, guess, angle, speed)[0] for number in range(len(self.segments))]
 
-    def _shown(self, number: int, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> Shown:
-        """What the sensor would show (n,), its derivative by the angle, speeds (n,), derivatives by sensors' terms."""
+    def shown(self, number: int, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> Shown:
+        """What the sensor of a slip would show (n,), its derivative by the angle, speeds (n,), and derivatives by the
+        terms of sensors."""
         segment, shared = self.segments[number], guess.shared
-        at, share = self._between(number)
+        at, share = self.between(number)
         turned = Motion(self.time[number, ::2], angle[number], speed[number]).angle_at(segment.time)
         turning = (1 - share) * speed[number, at] + share * speed[number, at + 1]
         terms = [term for term in self.terms if term.of_sensor and term.log in (None, segment.log)]
@@ -341,120 +285,9 @@ class Slips:
             relative -= shared.get("R", 0.0) + shared.get("R" + WRONG, 0.0)
         return lever * np.sin(turned) * (1 - relative), lever * np.cos(turned), turning, slopes
 
-    def _columns(self, number: int, responses: np.ndarray, seen: Shown) -> np.ndarray:
-        """Derivatives (n, m) of what the sensor shows from responses of the angle (m, count + 1), the last of which are
-        of names that may move the sensor too."""
-        at, share = self._between(number)
-        shown, slope, turning, misreadings = seen
-        columns = ((1 - share) * responses[:, at] + share * responses[:, at + 1]).T * slope[:, None]
-        first = columns.shape[1] - len(self.names)
-        sensors = {"gain": -shown, "gain" + WRONG: -shown, "laser": -shown, "delay": -slope * turning}
-        if self.ready.laser_alone and self.segments[number].laser:
-            sensors |= {"R": shown, "R" + WRONG: shown}
-        lines = self.segments[number].lines
-        if lines is not None:
-            sensors |= {"zero": np.ones(len(shown)), **{f"{LINE}{line}": lines == line for line in np.unique(lines)}}
-        sensors |= {name: slope * misreading for name, misreading in misreadings.items()}
-        for place, name in enumerate(self.names, first):
-            if name in sensors:
-                columns[:, place] += sensors[name]
-        return columns
-
-    def _between(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+    def between(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Of a slip's samples: the step before each (n,), and the share of the step that is gone."""
         step = float(self.lasts[number, 0]) / self.count
         place = (self.segments[number].time - self.segments[number].start_time) / step
         at = np.clip(place.astype(np.intp), 0, self.count - 1)
         return at, place - at
-
-
-def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    """Responses of the angle at the steps (m, n_slips, count + 1): to start, unexplained torque, curve and names."""
-    from scipy.integrate import cumulative_simpson
-
-    steps, acceleration = slice(0, None, 2), slips.forces(guess)
-    by_angle, by_speed = (
-        (acceleration(steps, (angle + one * DIFFERENCE, speed + other * DIFFERENCE))
-         - acceleration(steps, (angle - one * DIFFERENCE, speed - other * DIFFERENCE))) / (2 * DIFFERENCE)
-        for one, other in ((1, 0), (0, 1))
-    )  # fmt: skip
-    step = slips.lasts / slips.count
-    fundamental = _fundamental(by_angle, by_speed, step)
-    whole = np.linalg.det(fundamental)
-
-    def response(torque: np.ndarray) -> np.ndarray:
-        """Of the angle to an acceleration (n_slips, count + 1)."""
-        if not torque.any():
-            return torque
-        first, second = (
-            step * cumulative_simpson(torque * part / whole, axis=1, initial=0)
-            for part in (-fundamental[..., 0, 1], fundamental[..., 0, 0])
-        )
-        return fundamental[..., 0, 0] * first + fundamental[..., 0, 1] * second
-
-    return np.array(
-        [fundamental[..., 0, 0], fundamental[..., 0, 1], *map(response, _forces(guess, slips, angle, speed))]
-    )
-
-
-def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
-    """Derivatives of theta'' at the steps (n_slips, count + 1) by unexplained torque, curve and names."""
-    rig, steps = slips.rig(guess), slice(0, None, 2)
-    scale, state = rig.R * rig.N / rig.J, (angle, speed)
-    factor, by_friction = slips.factor(guess, state, steps, FRICTION)
-    stiffer, by_spring = slips.factor(guess, state, steps, SPRING)
-    damped, by_damping = slips.factor(guess, state, steps, DAMPING)
-    faster, by_drive = slips.factor(guess, state, steps, DRIVE)
-    driven = slips.driven(guess)[:, steps]
-    drive = driven * faster
-    slip = slips.sign * (rig.r * drive - rig.R * speed)
-    rising = -slips.sign * rig.R * slips.forces(guess)(steps, state)
-    seen = slips.before(guess, slip, rising) if guess.shared.get(YIELDS) else slip
-    basis, steep = slips.curve.weights(seen), slips.curve.weights(slip, 1) @ guess.coefficients
-    friction = slips.sign * (basis @ guess.coefficients)
-    sooner = -rising * slips.soft * rig.N * (basis @ guess.coefficients) / np.maximum(seen, LEAST_BEFORE)
-    torque = scale * (friction * factor + guess.unexplained @ slips.modes[:, steps])
-    spring, damping = -rig.k / rig.J * angle, -rig.c / rig.J * speed
-    slope = scale * factor * steep  # by the slip speed
-    pulls = {FRICTION: scale * friction, SPRING: spring, DAMPING: damping, DRIVE: slope * rig.r * driven}
-    logs = range(len(slips.ready.motions))
-    slopes = {FRICTION: by_friction, SPRING: by_spring, DAMPING: by_damping, DRIVE: by_drive}
-    forces: Mapping[str, np.ndarray] = {
-        **{name: stiffer * spring for name in ("k", "k/J")},
-        **{name: damped * damping for name in ("c", "c/J")},
-        "N": torque,
-        "R": torque - slope * rig.R * speed,
-        "r": slope * rig.r * drive,
-        AHEAD: scale * slips.sign * factor * steep * rising,
-        YIELDS: scale * slips.sign * factor * (slips.curve.weights(seen, 1) @ guess.coefficients) * sooner,
-        **{speed_name(log): slope * rig.r * drive * (slips.where.log[:, steps] == log) for log in logs},
-        **{
-            term.name: pulls[term.effect.acts] * slopes[term.effect.acts][number]
-            for number, term in enumerate(slips.terms)
-            if not term.of_sensor
-        },
-    }
-    inertia = -torque
-    for name, part in (("k", stiffer * spring), ("c", damped * damping)):
-        inertia = inertia - part * (name in slips.names)
-    forces = {**forces, "J": inertia}
-    forces |= {name + WRONG: force for name, force in forces.items()}
-    nothing = np.zeros(angle.shape)
-    modes = [nothing + scale * mode for mode in slips.modes[:, steps]]
-    shared = [scale * slips.sign * factor * part for part in np.moveaxis(basis, -1, 0)]
-    return [*modes, *shared, *(nothing + forces.get(name, nothing) for name in slips.names)]
-
-
-def _fundamental(by_angle: np.ndarray, by_speed: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """Fundamental matrices (n_slips, count + 1, 2, 2) of  d'' = by_angle d + by_speed d'."""
-    rate = np.zeros((*by_angle[:, 1:].shape, 2, 2))
-    rate[..., 0, 1] = step
-    rate[..., 1, 0] = 0.5 * step * (by_angle[:, 1:] + by_angle[:, :-1])
-    rate[..., 1, 1] = 0.5 * step * (by_speed[:, 1:] + by_speed[:, :-1])
-    square = rate @ rate
-    over = np.eye(2) + rate + square / 2 + square @ rate / 6 + square @ square / 24
-    whole = np.empty((*by_angle.shape, 2, 2))
-    whole[:, 0] = np.eye(2)
-    for number in range(over.shape[1]):
-        whole[:, number + 1] = over[:, number] @ whole[:, number]
-    return whole

@@ -20,8 +20,9 @@ from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.free_friction.contest import contest
 from identification.free_friction.curve import begun, slips_of
+from identification.free_friction.guess import MODES, STARTS, Guess
+from identification.free_friction.responses import rows_of
 from identification.free_friction.result import COEFFICIENTS
-from identification.free_friction.slips import MODES, STARTS, Guess
 from identification.measurement.pooling import pool
 from rig_io.bench.emulation import MicroSlip
 from rig_io.bench.emulator import emulate, standard_set
@@ -184,9 +185,9 @@ def test_derivatives_by_what_lesser_instruments_leave_open_are_those_of_the_resi
     for name, size in names.items():
         place = COEFFICIENTS + slips.names.index(name)
         step = size * np.eye(COEFFICIENTS + len(slips.names))[place]
-        ahead, behind = (slips.rows(guess.moved(sign * step, nothing, slips.names)) for sign in (1, -1))
+        ahead, behind = (rows_of(slips, guess.moved(sign * step, nothing, slips.names)) for sign in (1, -1))
         expected = np.concatenate([a.residual - b.residual for a, b in zip(ahead, behind, strict=True)]) / (2 * size)
-        column = np.concatenate([row.shared[:, place] for row in slips.rows(guess)])
+        column = np.concatenate([row.shared[:, place] for row in rows_of(slips, guess)])
         assert np.ptp(expected) > 0 or name == "zero"
         np.testing.assert_allclose(column, expected, atol=1e-2 * np.abs(expected).max(), err_msg=name)
 
@@ -245,12 +246,12 @@ def test_derivatives_by_every_kind_of_effect_are_those_of_the_residuals() -> Non
     start = begun(bare)
     values = {term.name: 0.02 * term.effect.width(term.order) for term in terms}
     guess = Guess(start.coefficients, start.starts, start.unexplained, values)
-    rows = slips.rows(guess)
+    rows = rows_of(slips, guess)
     nothing = np.zeros((len(slips.segments), STARTS + MODES))
     for place, term in enumerate(terms, COEFFICIENTS):
         step = np.zeros(COEFFICIENTS + len(terms))
         step[place] = 1e-3 * term.effect.width(term.order)
-        ahead, behind = (slips.rows(guess.moved(sign * step, nothing, slips.names)) for sign in (1, -1))
+        ahead, behind = (rows_of(slips, guess.moved(sign * step, nothing, slips.names)) for sign in (1, -1))
         expected = [(a.residual - b.residual) / (2 * step[place]) for a, b in zip(ahead, behind, strict=True)]
         scale = max(float(np.max(np.abs(one))) for one in expected)
         for row, one in zip(rows, expected, strict=True):

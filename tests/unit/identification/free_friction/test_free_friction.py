@@ -17,8 +17,10 @@ from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.fit.samples import samples_by_disc
 from identification.free_friction.contest import contest
+from identification.free_friction.guess import AHEAD, MODES, STARTS, YIELDS, Guess
+from identification.free_friction.responses import rows_of
 from identification.free_friction.result import COEFFICIENTS, SpeedBasis
-from identification.free_friction.slips import AHEAD, MODES, STARTS, YIELDS, Guess, Slips
+from identification.free_friction.slips import Slips
 from identification.laws import find_law
 from identification.report.fit_summary import fit_summary
 from identification.report.friction_figure import fitted_law, friction_figure
@@ -111,18 +113,20 @@ def test_derivatives_are_those_of_the_residuals(plain: FrictionFit, shared: dict
     grid = np.linspace(0, slips.curve.greatest, 99)
     coefficients = np.linalg.lstsq(slips.curve.weights(grid), waved(grid), rcond=None)[0]
     guess = Guess(coefficients, starts, np.full((4, MODES), 1e-3), shared)
-    rows = slips.rows(guess)
+    rows = rows_of(slips, guess)
     size = COEFFICIENTS + len(names)
     for place in range(size):
         step = np.eye(size)[place] * (1e-4 if place < size - 1 else 1e-5)
-        ahead, behind = (slips.rows(guess.moved(sign * step, np.zeros((4, STARTS + MODES)), names)) for sign in (1, -1))
+        ahead, behind = (
+            rows_of(slips, guess.moved(sign * step, np.zeros((4, STARTS + MODES)), names)) for sign in (1, -1)
+        )
         for row, after, before in zip(rows, ahead, behind, strict=True):
             expected = (after.residual - before.residual) / (2 * step[place])
             scale = np.max(np.abs(expected)) + 1e-9  # responses are straight between steps
             np.testing.assert_allclose(row.shared[:, place] / scale, expected / scale, atol=near)
     for place in range(STARTS + MODES):
         step = 1e-6 * np.eye(STARTS + MODES)[place] * np.ones((4, 1))
-        ahead, behind = (slips.rows(guess.moved(np.zeros(size), sign * step, names)) for sign in (1, -1))
+        ahead, behind = (rows_of(slips, guess.moved(np.zeros(size), sign * step, names)) for sign in (1, -1))
         for row, after, before in zip(rows, ahead, behind, strict=True):
             expected = (after.residual - before.residual) / 2e-6
             np.testing.assert_allclose(row.local[:, place], expected, atol=near * np.max(np.abs(expected)))
@@ -157,8 +161,8 @@ def test_slips_are_followed_as_by_another_integrator(plain: FrictionFit) -> None
         # a coarse step of the fourth order, of angles of 0.2 rad and speeds of 1 rad/s
         assert [end[number] for end in ends] == pytest.approx(expected.y[:, -1], abs=1e-5)
     # those with more that is shared have derivatives of their own at the same guess
-    assert slips.rows(guess)[0].shared.shape[1] == COEFFICIENTS
-    assert slips.under((), ("gain",)).rows(guess)[0].shared.shape[1] == COEFFICIENTS + 1
+    assert rows_of(slips, guess)[0].shared.shape[1] == COEFFICIENTS
+    assert rows_of(slips.under((), ("gain",)), guess)[0].shared.shape[1] == COEFFICIENTS + 1
 
 
 def test_a_contact_that_gives_way_is_no_disturbance() -> None:

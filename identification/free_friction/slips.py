@@ -51,8 +51,7 @@ Shown = tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, np.ndarray]]  # see 
 @dataclass(frozen=True, eq=False)
 class Slips:
     """Slips of pooled logs. terms: disturbances beside the friction; names: of what is shared, after the curve; soft:
-    m/N, by which the contact
-    gives way in stick."""
+    m/N, by which the contact gives way in stick; rows: those of the last guess (`responses.rows_of`)."""
 
     ready: Pool
     segments: tuple[ShootingSegment, ...]

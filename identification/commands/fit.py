@@ -50,8 +50,8 @@ def fit(
     law_spread: Annotated[
         str,
         typer.Option(
-            metavar="none|auto|all",
-            help="Intervals hold the spread over laws that the logs cannot tell apart; auto: by the free curve.",
+            metavar="none|auto",
+            help="Intervals hold the spread over laws that the logs cannot tell apart, by the free curve.",
         ),
     ] = LAW_SPREAD,
     covariance: Annotated[str, typer.Option(help="jackknife, hac or bootstrap.")] = COVARIANCE,

@@ -16,14 +16,14 @@ from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_st
 from identification.fit.causes import asked_for, causes_named, causes_of, judged, radii_of, terms_found
 from identification.fit.conclude import conclude
 from identification.fit.free import fit_free
-from identification.fit.law_spread import MODES, by_curve, by_residuals, with_spread
+from identification.fit.law_spread import MODES, by_curve, with_spread
 from identification.fit.parts import Cause
 from identification.fit.result import FrictionFit
 from identification.fit.stages import Stages, by_evaluations
 from identification.free_friction.contest import Verdict
 from identification.free_friction.curve import OFF
 from identification.inference.choice import Inference
-from identification.inference.defaults import AUTO, DISTURBANCES, ESTIMATOR, LAW, LAW_SPREAD, NONE
+from identification.inference.defaults import DISTURBANCES, ESTIMATOR, LAW, LAW_SPREAD, NONE
 from identification.inference.lmfit_exchange import given
 from identification.laws import FittableLaw, bristled, find_law
 from identification.laws.joint_law import sought_law
@@ -63,9 +63,7 @@ def fit_friction(
     inference: how its uncertainty is found; ``progress`` is told the fraction of all this done. disturbances: names of
     `identification.disturbances`, or files of your own, estimated beside the law; "auto": those that the logs show,
     sought only where the residuals ask for it (one driving disc); or "none". law_spread: whether the intervals carry
-    the spread over laws that the logs cannot tell apart: by the free curve ("auto"; where slips tell none, by those
-    that the weak form leaves within reach, fitted), by fits of "all" that are not far off, or "none". A law that had
-    not converged, as one nested in it shows, is taken from there.
+    the spread over laws that the logs cannot tell apart, by the free curve ("auto"), or not ("none").
 
     Raises:
         StickslipError: unknown estimator or law, or logs that cannot be pooled or fitted.
@@ -84,7 +82,7 @@ def fit_friction(
     pair = bristled(form) if estimator == "lugre" else None
     bristles = pair[1].names if pair else ()
     options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
-    stages = Stages.of_fit(progress, inference, disturbances != NONE, law_spread != NONE)
+    stages = Stages.of_fit(progress, inference, disturbances != NONE)
     if form.spans:
         if estimator != ESTIMATOR:
             raise StickslipError(f"The law '{form.name}' is fitted by '{ESTIMATOR}', not by '{estimator}'.")
@@ -171,28 +169,15 @@ class _Work:
             return conclude(self.ready, solved, DEFAULT_INFERENCE, warnings=(warning,))
 
     def contested(self, solved: Adjusted, verdict: Verdict | None) -> FrictionFit:
-        """What a solution says, with the spread over laws; its law taken up again where it had not converged. verdict:
-        on its slips."""
+        """What a solution says, with the spread over laws. verdict: on its slips."""
         fit = self.concluded("end", solved)
-        if verdict is not None:
-            fit = replace(fit, free=verdict.curve)
-        estimate = solved.estimate
-        if self.law_spread == NONE or fit.interrupted or estimate.solution.fixed:
+        if verdict is None:
             return fit
-        if verdict is not None and self.law_spread == AUTO:
-            result = by_curve(verdict.evidence, estimate.law, fit.law_values)
-            self.stages.of("laws")(1.0)
-            return fit if result is None else with_spread(fit, result)
-        try:
-            result = by_residuals(self.ready, estimate, self.law_spread, progress=self.stages.of("laws"))
-        except KeyboardInterrupt:
-            return replace(fit, warnings=("Interrupted: other laws were not asked.", *fit.warnings))
-        if result is None or result.shot is None:
+        fit = replace(fit, free=verdict.curve)
+        if self.law_spread == NONE or fit.interrupted or solved.estimate.solution.fixed:
             return fit
-        if result.shot.solution is not estimate.solution:
-            estimate = replace(estimate, problem=result.shot.problem, solution=result.shot.solution)
-            fit = replace(self.concluded("end", replace(solved, estimate=estimate)), free=fit.free)
-        return with_spread(fit, result)
+        result = by_curve(verdict.evidence, solved.estimate.law, fit.law_values)
+        return fit if result is None else with_spread(fit, result)
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
         """The fit with the disturbances that are named, or that its slips show.

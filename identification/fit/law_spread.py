@@ -4,14 +4,13 @@ The laws i that have a quantity are averaged,
 
     sum_i w_i N(q_i, s_i^2 + s_1^2 - t_1^2),      w_i ~ exp(-BIC_i/2)
 
-q_1 the value of the law that is fitted and s_1 its deviation, t_1 and s_i those that the same evidence gives it and
-the others (no less than t_1). An interval about q_1 that holds 95 % of this mixture is that of one normal law; what
-its variance has more than s_1^2 is the spread. A law that is worse beyond doubt adds nothing, one that the logs do not
-tell from the best all that it is off. Evidence are the slips by their free curve (`free_friction.evidence`), or other
-laws fitted to the same residuals, where there is none or all are asked. Where even the best law misses the free curve,
-all deviations are larger by the root of its misfit over the degrees of freedom; where a torque acts that nothing
-explains, and that may be the same in every slip, s_1 is no less than t_1; and where the law that is fitted has other
-values on the curve, beyond what both leave open, all laws are off by as much.
+q_1 the value of the law that is fitted and s_1 its deviation, t_1 and s_i those that the same evidence gives it and the
+others (no less than t_1). An interval about q_1 that holds 95 % of this mixture is that of one normal law; what its
+variance has more than s_1^2 is the spread. A law that is worse beyond doubt adds nothing, one that the logs do not tell
+from the best all that it is off. Evidence are the slips by their free curve (`free_friction.evidence`). Where even the
+best law misses the free curve, all deviations are larger by the root of its misfit over the degrees of freedom; where a
+torque acts that nothing explains, and that may be the same in every slip, s_1 is no less than t_1; and where the law
+that is fitted has other values on the curve, beyond what both leave open, all laws are off by as much.
 
 The friction at zero slip speed is one quantity under whatever name; others are the same where name, unit and meaning
 are.
@@ -20,41 +19,32 @@ Source: Hoeting, Madigan, Raftery & Volinsky (1999), Bayesian model averaging: a
 (weights by BIC, section 4.1).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.estimators.base import Estimate, Options
-from identification.estimators.regression import RegressionProblem
-from identification.estimators.shooting_segments import ShootingProblem
 from identification.fit.parts import FittedParameter, RivalLaw
 from identification.fit.result import LEVEL, FrictionFit
-from identification.fit.rivals import Rival, fit_rivals, not_far, weak_fits
 from identification.free_friction.evidence import Evidence, SeenLaw
-from identification.inference.choice import coloured_covariance
-from identification.inference.comparison import criteria, weights_of
-from identification.inference.defaults import ALL, AUTO, NONE
+from identification.inference.comparison import weights_of
+from identification.inference.defaults import AUTO, NONE
 from identification.laws import FittableLaw, slip_laws
 from identification.laws.joint_law import JointLaw
-from identification.measurement.pooled import Pool
 
-# in BIC, or in AIC of the weak form, which knows a tenth of what shooting does: laws that are further behind are out
-NEAR = 12.0
+NEAR = 12.0  # in BIC: laws that are further behind are out
 BETTER = 10.0  # in BIC: another law is said to fit better
-MODES = (NONE, AUTO, ALL)
+MODES = (NONE, AUTO)
 
 
 @dataclass(frozen=True, eq=False)
 class Contest:
     """The law of a fit among others on the same evidence. law: its name; laws: by name; lead: by which the BIC of each
-    exceeds the least; shot: the law of the fit as its residuals have it, None of evidence by the free curve; torn:
-    whether a torque acts that nothing explains."""
+    exceeds the least; torn: whether a torque acts that nothing explains."""
 
     law: str
     laws: Mapping[str, SeenLaw]
     lead: Mapping[str, float]
-    shot: Rival | None = None
     torn: bool = False
 
 
@@ -72,55 +62,8 @@ def by_curve(evidence: Evidence, law: FittableLaw, values: np.ndarray) -> Contes
     bic = {name: one.misfit / excess + price * len(one.values) for name, one in laws.items()}
     near = min(bic.values()) + NEAR
     within = {name: one for name, one in laws.items() if name == law.name or bic[name] < near}
-    return replace(_ranked(within, law.name, bic), torn=evidence.torn)
-
-
-def by_residuals(
-    ready: Pool, estimate: Estimate, mode: str, *, progress: Callable[[float], None] | None = None
-) -> Contest | None:
-    """The law of an estimate and those that the logs may not tell apart from it; None where that cannot be said: two
-    discs, values held, a contact that does not stick, or friction by direction. mode: "auto" asks the laws that the
-    weak form, which costs next to nothing, leaves within reach; "all" every law that is not far off."""
-    problem, solution, law = estimate.problem, estimate.solution, estimate.law
-    if (
-        isinstance(law, JointLaw)
-        or not law.sticks
-        or solution.fixed
-        or not isinstance(problem, ShootingProblem | RegressionProblem)
-    ):
-        return None
-    forms = {name: form for name, form in slip_laws().items() if form.reference != law.reference} | {law.name: law}
-    weak = weak_fits(ready, forms, Options(disturbances=problem.terms))
-    names = _contenders(weak, law.name) if mode == AUTO else list(dict.fromkeys([*not_far(weak), law.name]))
-    fitted = fit_rivals(
-        estimate, {name: forms[name] for name in names}, lambda form: weak[form.name].law_values, progress=progress
-    ).fitted
-    laws = {name: _seen(rival) for name, rival in fitted.items()}
-    return _ranked(laws, law.name, _criterion(fitted, 2), fitted[law.name])
-
-
-def _ranked(laws: Mapping[str, SeenLaw], law: str, bic: Mapping[str, float], shot: Rival | None = None) -> Contest:
     least = min(bic.values())
-    return Contest(law, laws, {name: bic[name] - least for name in laws}, shot)
-
-
-def _criterion(fitted: Mapping[str, Rival], index: int) -> dict[str, float]:
-    """AIC (0) or BIC (2) of laws on the same residuals."""
-    every = criteria({name: (rival.problem, rival.solution) for name, rival in fitted.items()})
-    return {name: values[index] for name, values in every.items()}
-
-
-def _seen(rival: Rival) -> SeenLaw:
-    count, covariance = len(rival.law.parameters), coloured_covariance(rival.problem, rival.solution, "jackknife")
-    residuals = len(rival.solution.evaluation.residual)
-    return SeenLaw(rival.law, rival.law_values, covariance[:count, :count], rival.sum, residuals - count)
-
-
-def _contenders(weak: Mapping[str, Rival], law: str) -> list[str]:
-    """Laws within reach of the best, and their own."""
-    aic = _criterion(weak, 0)
-    least = min(aic.values())
-    return [name for name, value in aic.items() if name == law or value < least + NEAR]
+    return Contest(law.name, within, {name: bic[name] - least for name in within}, evidence.torn)
 
 
 def with_spread(fit: FrictionFit, contest: Contest) -> FrictionFit:

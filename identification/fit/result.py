@@ -246,7 +246,7 @@ class FrictionFit(Moving):
     def words_of_law(self) -> str:
         """What is said of the choice of the law."""
         if not self.rivals:
-            return "What another law would make of these logs was not asked: --law-spread all, or `stickslip laws`."
+            return "What another law would make of these logs was not asked: `stickslip laws` does."
         others = [f"{rival.law} (weight {rival.weight:.2f})" for rival in self.rivals if rival.law != self.law]
         if not others:
             return "No other law is within reach of these logs."

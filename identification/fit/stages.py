@@ -11,7 +11,7 @@ Told = Callable[[float], None]
 
 USUAL = 4.0  # evaluations of a search
 # time of the stages over that of a plain search
-CONCLUSION, CAUSES, AGAIN, LAWS = 0.25, 0.5, 1.5, 1.0
+CONCLUSION, CAUSES, AGAIN = 0.25, 0.5, 1.5
 DRAW, PROFILES = 0.1, 4.0
 
 
@@ -22,13 +22,12 @@ class Stages:
         self.progress, self.times = progress, times
 
     @classmethod
-    def of_fit(cls, progress: Told | None, inference: Inference, causes: bool, laws: bool) -> Stages:
-        """The stages of a fit: with or without disturbances, and with or without other laws."""
+    def of_fit(cls, progress: Told | None, inference: Inference, causes: bool) -> Stages:
+        """The stages of a fit: with or without disturbances."""
         end = CONCLUSION + (inference.draws * DRAW if inference.covariance == "bootstrap" else 0.0)
         end += PROFILES if inference.profile else 0.0
         between = {"causes": CAUSES, "search again": AGAIN} if causes else {}
-        after = {"laws": LAWS} if laws else {}
-        return cls(progress, {"search": 1.0, **between, "end": end, **after})
+        return cls(progress, {"search": 1.0, **between, "end": end})
 
     def of(self, name: str) -> Told:
         """The callback that takes the fraction done of one stage."""

@@ -300,13 +300,6 @@ def _scale(candidates: Sequence[_Candidate]) -> _Scale:
     return _Scale(best.sum, best.rows, effective, variance)
 
 
-def criteria(solved: Mapping[str, tuple[FitProblem, Solution]]) -> dict[str, tuple[float, float, float]]:
-    """AIC, AICc and BIC of laws that are fitted to the same residuals."""
-    candidates = [_Candidate(name, p, s, _covariance(p, s, DEFAULT), ()) for name, (p, s) in solved.items()]
-    scale = _scale(candidates)
-    return {law.name: scale.criteria(law) for law in candidates}
-
-
 def weights_of(criterion: np.ndarray) -> np.ndarray:
     """Weights (k,) of laws, sum 1, by their AIC (Akaike's) or BIC (k,)."""
     likelihood = np.exp(-0.5 * (criterion - np.min(criterion)))

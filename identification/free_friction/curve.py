@@ -156,7 +156,7 @@ class Known:
         precision[:COEFFICIENTS, :COEFFICIENTS] = BENDS.T @ BENDS + LOOSE * np.eye(COEFFICIENTS)
         deviations = {prior.name: _relative(prior) for prior in slips.ready.priors}
         instruments = np.sqrt(np.diag(slips.ready.sensors.covariance))
-        deviations |= {n: max(float(d), EXACT) for n, d in zip(("gain", "delay"), instruments, strict=True)}
+        deviations |= dict(zip(("gain", "delay"), instruments.tolist(), strict=True))
         if slips.ready.zero is not None:
             deviations["zero"] = slips.ready.zero.standard_uncertainty
         deviations |= {name: slips.ready.sensors.rms for name in slips.names if name.startswith(LINE)}
@@ -165,7 +165,7 @@ class Known:
         terms = {term.name: term for term in slips.terms}
         for place, name in enumerate(slips.names, COEFFICIENTS):
             if name in deviations:
-                precision[place, place] = deviations[name] ** -2
+                precision[place, place] = max(deviations[name], EXACT) ** -2
                 continue
             prior, wide = terms[name].prior, terms[name].effect.width(terms[name].order) ** -2
             sure = 0.0 if prior is None else prior.standard_uncertainty**-2

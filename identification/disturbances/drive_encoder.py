@@ -7,7 +7,7 @@ from identification.disturbances.turn import harmonics, too_little_turned, turn_
 
 SPEED = harmonics("drive_", "speed, with the ", "drive", acts=DRIVE, width=lambda order: 5e-3)
 DISTURBANCE = Disturbance(
-    words="the encoder of the drive is eccentric: the disc turns at another speed than it shows",
+    words="the encoder of the drive, or the disc, is eccentric: its border moves at another speed than is shown",
     terms=lambda ready, size: tuple(turn_terms(SPEED, "w")),
     hidden=lambda ready: unrecorded(ready) or too_little_turned(ready),
     told_by="a tachometer on the drive",

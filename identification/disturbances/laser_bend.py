@@ -1,12 +1,19 @@
-"""The laser shows sin(theta) + b theta^2 over R: its beam does not meet the arm at a right angle."""
+"""The laser shows sin(theta) + b_2 theta^2 + b_3 theta^3 over R: its beam does not meet the arm at a right angle, or it
+shows R theta, or R tan(theta)."""
 
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import LASER, DisturbanceTerm, Effect
 from identification.measurement.disc_motion import angle_sensor
+from identification.measurement.motion import BENDS
 from identification.measurement.pooled import Pool
 
+WIDTHS = dict(zip(BENDS, (0.02, 0.2), strict=True))
 BEND = Effect(
-    "bend", lambda at, order, functions: at.angle**2, acts=LASER, limits=(-1.0, 1.0), width=lambda order: 0.02
+    "bend",
+    lambda at, order, functions: at.angle**order,
+    acts=LASER,
+    limits=(-1.0, 1.0),
+    width=lambda order: WIDTHS[order],
 )
 
 
@@ -16,9 +23,10 @@ def no_laser(ready: Pool) -> str:
 
 
 DISTURBANCE = Disturbance(
-    words="the laser is not straight: what it shows bends with the angle (its beam is tilted)",
+    words="the laser is not straight: what it shows bends with the angle (a tilted beam, or one that meets an arc)",
     terms=lambda ready, size: [
-        DisturbanceTerm.told("laser_bend", BEND, 2, ready.sensors.bend, "laser against encoder")
+        DisturbanceTerm.told(f"laser_bend{power}", BEND, power, told, "laser against encoder")
+        for power, told in zip(BENDS, ready.sensors.bend or [None] * len(BENDS), strict=True)
     ],
     hidden=no_laser,
     told_by="an encoder beside the laser",

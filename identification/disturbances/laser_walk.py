@@ -41,6 +41,7 @@ DISTURBANCE = Disturbance(
     terms=_terms,
     hidden=_hidden,
     rank=14,
+    told_by="an encoder beside the laser",
     evident=True,
     same_as="drift",
     emulated=("walk",),

@@ -10,14 +10,15 @@ from identification.disturbances.term import DisturbanceTerm, Effect
 TIMES = (4.0, 16.0)  # s
 
 
-def _fade(at: Any, order: int, functions: ModuleType) -> Any:
+def fade(at: Any, order: int, functions: ModuleType) -> Any:
+    """exp(-t/T_n) less its mean."""
     time = TIMES[order]
     mean = time / at.duration * (1 - functions.exp(-at.duration / time))
     return functions.exp(-(at.share + 0.5) * at.duration / time) - mean
 
 
 FADE = Effect(
-    "warming", _fade, lambda order: f"of what fades within {TIMES[order]:g} s of a log", width=lambda order: 0.05
+    "warming", fade, lambda order: f"of what fades within {TIMES[order]:g} s of a log", width=lambda order: 0.05
 )
 DISTURBANCE = Disturbance(
     words="friction settles within each log, as that of contacts that grow warm does",

@@ -18,6 +18,7 @@ from identification.inference.uncertainty import clustered_covariance
 from identification.measurement.laser_drift import without_drift
 from identification.measurement.lost_counts import lost_counts, lost_words
 from identification.measurement.motion import (
+    BENDS,
     HOLE,
     LINE_ERROR,
     DiscMotion,
@@ -318,13 +319,14 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     return [corrected(m, gain, delay) if angle_sensor(m.log) == "laser" else m for m in motions], fit
 
 
-def _bend(equations: EdgeEquations) -> tuple[float, float]:
-    """How the laser bends against the encoder, and its deviation."""
+def _bend(equations: EdgeEquations) -> tuple[tuple[float, float], ...]:
+    """How the laser bends against the encoder, by power of the angle, and deviations."""
     tangent = equations.design[:, 0]
-    design = np.column_stack([-(np.arctan(tangent) ** 2) * np.sqrt(1 + tangent**2), equations.design])
+    powers = [-(np.arctan(tangent) ** power) * np.sqrt(1 + tangent**2) for power in BENDS]
+    design = np.column_stack([*powers, equations.design])
     solution = np.linalg.lstsq(design, equations.edge, rcond=None)[0]
     covariance = clustered_covariance(design, design @ solution - equations.edge, equations.line)
-    return float(solution[0]), float(np.sqrt(covariance[0, 0]))
+    return tuple(zip(solution.tolist(), np.sqrt(np.diag(covariance)).tolist(), strict=True))[: len(BENDS)]
 
 
 def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:

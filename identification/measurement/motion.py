@@ -13,6 +13,7 @@ from rig_io.sensors import edges
 
 WANDERS = 0.1  # s, of memory of what is left of a drift that was taken off
 SMOOTHING = 0.045  # of the natural period: window of the smoothing that serves only to find edges, gains and segments
+BENDS = (2, 3)  # powers of the angle: a beam that is tilted; an arc or a flat where the other is taken for granted
 CLOSE = 1e-5  # s: edges nearer to one another are one line, passed forth and back
 LINE_ERROR = 0.02  # of the pitch, largest misplacement of a line where nothing is stated: that of usual rulings
 
@@ -46,8 +47,8 @@ class SensorFit:
     gain: relative correction of the laser; delay: s, by which the laser lags behind its stated latency; covariance
     (2, 2) of the two; rms: misplacement of the encoder's edges, rad; lines: number of different edges used (0: no
     encoder, or nothing but it); warnings: where the delay is not one and the same, in words; velocity: of a velocity
-    sensor, where there is one; bend: of sin(angle) + bend angle^2, which the laser shows over R, and its deviation,
-    as the encoder tells them.
+    sensor, where there is one; bend: b_n of sin(angle) + sum of b_n angle^n, which the laser shows over R, n in
+    `BENDS`, each with its deviation, as the encoder tells them.
     """
 
     gain: float = 0.0
@@ -57,7 +58,7 @@ class SensorFit:
     lines: int = 0
     warnings: tuple[str, ...] = ()
     velocity: VelocityFit | None = None
-    bend: tuple[float, float] | None = None
+    bend: tuple[tuple[float, float], ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)

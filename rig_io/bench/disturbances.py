@@ -114,7 +114,7 @@ KINDS: Mapping[str, Kind] = {
     "magnet": Kind("N*m", _BODY, _magnetic, known=False),
     "cable": Kind("N*m/rad", _BODY, _pulling),
     "aliasing": Kind("m", _LASER, lambda size, m: size * _sine(m, ALIASED), known=False),
-    "laser_gain": Kind("m/rad", _LASER, lambda size, m: size * m.at * np.exp(-m.time / WARMING), known=False),
+    "laser_gain": Kind("m/rad", _LASER, lambda size, m: size * m.at * np.exp(-m.time / WARMING)),
     "overflow": Kind("1", "drive0_count", lambda size, m: -size * np.round(m.at / size), known=False),
     "stamps": Kind("s", "edge_time", lambda size, m: -np.mod(m.time, size), known=False),
 }

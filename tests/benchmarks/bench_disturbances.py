@@ -186,10 +186,11 @@ def table(rng: np.random.Generator) -> Case:
     return torque(lambda t, angle: size * np.sin(2 * np.pi * rate * t))
 
 
-def warm_laser(rng: np.random.Generator) -> Case:
-    """Its gain follows its temperature."""
-    size = either(rng, 1e-3, 4e-3)
-    return Case(faults=Faults(laser=lambda t, angle: size * np.sin(angle) * np.exp(-t / 4)))
+def warm_laser(rng: np.random.Generator, alone: bool = False) -> Case:
+    """Its gain follows its temperature; an encoder beside takes that off."""
+    size, names = either(rng, 1e-3, 4e-3), frozenset({"laser-gain"} if alone else ())
+    faults = Faults(laser=lambda t, angle: size * np.sin(angle) * np.exp(-t / 4), without="encoder" if alone else "")
+    return Case(names, faults=faults)
 
 
 def rocking(rng: np.random.Generator) -> Case:
@@ -211,7 +212,8 @@ CASES: dict[str, Callable[[np.random.Generator], Case]] = {
     **{
         "cable": cable,
         "u:table": table,
-        "u:warm-laser": warm_laser,
+        "warm-laser": warm_laser,
+        "laser-gain": lambda rng: warm_laser(rng, alone=True),
         "u:body-encoder": body_encoder,
         "u:laser-clock": laser_clock,
     },

@@ -193,6 +193,23 @@ def test_derivatives_by_what_lesser_instruments_leave_open_are_those_of_the_resi
 
 
 @pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("name", "without", "shown"),
+    [
+        ("laser-bend", "", lambda time, angle: angle - np.sin(angle)),
+        ("laser-bend", "encoder", lambda time, angle: angle - np.sin(angle)),
+        ("laser-gain", "encoder", lambda time, angle: 3e-3 * np.sin(angle) * np.exp(-time / 6)),
+    ],
+    ids=["arc", "arc-alone", "warm"],
+)
+def test_a_laser_on_an_arc_or_that_grows_warm_is_named(
+    name: str, without: str, shown: Callable[..., np.ndarray]
+) -> None:
+    fit = fit_friction(logs(4, Faults(laser=shown, without=without)), law_spread="none")
+    assert [cause.name for cause in fit.causes] == [name] and np.all(np.abs(off(fit)) < 3)
+
+
+@pytest.mark.nightly
 def test_a_cable_that_pulls_is_named_or_said_to_be_alike() -> None:
     """Friction at some angles is much the same, where the body is there while it slips one way."""
 

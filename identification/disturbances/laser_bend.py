@@ -7,13 +7,12 @@ from identification.measurement.disc_motion import angle_sensor
 from identification.measurement.motion import BENDS
 from identification.measurement.pooled import Pool
 
-WIDTHS = dict(zip(BENDS, (0.02, 0.2), strict=True))
 BEND = Effect(
     "bend",
     lambda at, order, functions: at.angle**order,
     acts=LASER,
     limits=(-1.0, 1.0),
-    width=lambda order: WIDTHS[order],
+    width=lambda order: 0.02 * 10.0 ** (order - BENDS[0]),
 )
 
 

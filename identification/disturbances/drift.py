@@ -10,6 +10,7 @@ from types import ModuleType
 import numpy as np
 
 from identification.disturbances.disturbance import Disturbance
+from identification.disturbances.laser_bend import taken_off
 from identification.disturbances.term import LASER, DisturbanceTerm, Effect, Whereabouts
 from identification.inference.problem import Prior
 from identification.measurement.pooled import Pool
@@ -48,9 +49,7 @@ def shifts(ready: Pool) -> list[DisturbanceTerm]:
 def _hidden(ready: Pool) -> str:
     if any(motion.log.has("angle") or not motion.log.has("laser") for motion in ready.motions):
         return "not all have their angle from a laser."
-    if ready.sensors.lines:
-        return "an encoder is beside the laser, and what drift it showed has been taken off."
-    return ""
+    return taken_off(ready)
 
 
 DISTURBANCE = Disturbance(

@@ -21,6 +21,11 @@ def no_laser(ready: Pool) -> str:
     return "" if any(angle_sensor(motion.log) == "laser" for motion in ready.motions) else "no laser shows their angle."
 
 
+def taken_off(ready: Pool) -> str:
+    """Why logs with an encoder beside the laser show no drift of it; nothing where there is none."""
+    return "an encoder is beside the laser, and what drift it showed has been taken off." if ready.sensors.lines else ""
+
+
 DISTURBANCE = Disturbance(
     words="the laser is not straight: what it shows bends with the angle (a tilted beam, or one that meets an arc)",
     terms=lambda ready, size: [

@@ -1,7 +1,7 @@
 """The laser shows sin(theta) (1 + sum_n l_n (exp(-t/T_n) - mean)) over R, T_n as in `warm_up`: it grows warm."""
 
 from identification.disturbances.disturbance import Disturbance
-from identification.disturbances.laser_bend import no_laser
+from identification.disturbances.laser_bend import no_laser, taken_off
 from identification.disturbances.term import LASER, DisturbanceTerm, Effect
 from identification.disturbances.warm_up import TIMES, fade
 
@@ -16,11 +16,7 @@ GAIN = Effect(
 DISTURBANCE = Disturbance(
     words="the gain of the laser drifts within each log, as that of one that grows warm does",
     terms=lambda ready, size: [DisturbanceTerm(f"laser_gain{n + 1}", GAIN, n) for n in range(len(TIMES))],
-    hidden=lambda ready: (
-        "an encoder is beside the laser, and what drift it showed has been taken off."
-        if ready.sensors.lines
-        else no_laser(ready)
-    ),
+    hidden=lambda ready: taken_off(ready) or no_laser(ready),
     told_by="an encoder beside the laser",
     rank=15,
     emulated=("laser_gain",),

@@ -5,7 +5,7 @@ Theta follows a small torque f as  Phi int Phi^-1 (0, f) dt,  Phi the motion's f
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from identification.measurement.pooled import speed_name
 
 DIFFERENCE = 1e-6  # rad, rad/s
 LEAST_BEFORE = 1e-3  # m/s, of slip before, below which it is the speed of a contact in stick
+
+State = tuple[np.ndarray, np.ndarray]
+Acceleration = Callable[[int | slice, State], np.ndarray]
 
 
 def rows_of(slips: Slips, guess: Guess) -> list[SlipRows]:
@@ -81,14 +84,18 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
         return fundamental[..., 0, 0] * first + fundamental[..., 0, 1] * second
 
     return np.array(
-        [fundamental[..., 0, 0], fundamental[..., 0, 1], *map(response, _forces(guess, slips, angle, speed))]
+        [
+            fundamental[..., 0, 0],
+            fundamental[..., 0, 1],
+            *map(response, _forces(guess, slips, (angle, speed), acceleration)),
+        ]
     )
 
 
-def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
+def _forces(guess: Guess, slips: Slips, state: State, acceleration: Acceleration) -> list[np.ndarray]:
     """Derivatives of theta'' at the steps (n_slips, count + 1) by unexplained torque, curve and names."""
-    rig, steps = slips.rig(guess), slice(0, None, 2)
-    scale, state = rig.R * rig.N / rig.J, (angle, speed)
+    rig, steps, (angle, speed) = slips.rig(guess), slice(0, None, 2), state
+    scale = rig.R * rig.N / rig.J
     factor, by_friction = slips.factor(guess, state, steps, FRICTION)
     stiffer, by_spring = slips.factor(guess, state, steps, SPRING)
     damped, by_damping = slips.factor(guess, state, steps, DAMPING)
@@ -96,7 +103,7 @@ def _forces(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray) ->
     driven = slips.driven(guess)[:, steps]
     drive = driven * faster
     slip = slips.sign * (rig.r * drive - rig.R * speed)
-    rising = -slips.sign * rig.R * slips.forces(guess)(steps, state) if slips.soft else np.zeros(angle.shape)
+    rising = -slips.sign * rig.R * acceleration(steps, state) if slips.soft else np.zeros(angle.shape)
     seen = slips.before(guess, slip, rising) if guess.shared.get(YIELDS) else slip
     basis, steep = slips.curve.weights(seen), slips.curve.weights(slip, 1) @ guess.coefficients
     friction = slips.sign * (basis @ guess.coefficients)

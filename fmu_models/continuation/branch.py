@@ -13,6 +13,7 @@ Semantics.
                  "jump"        the motion touches something, and what then happens does not go on from it; or it depends
                                on which of two events that come at once is the first
                  "chatter"     impacts are added without end, or infinitely many no longer come to rest
+                 "set"         a contact sticks wherever it is: motions beside one another are as good
                  "equilibrium" a cycle has shrunk to nothing
                  "bounds"      the parameter comes to where there is no such model
                  "points"      as many as were asked for

@@ -21,6 +21,7 @@ from fmu_models.continuation.special.discontinuous import Touch, event_kind
 from fmu_models.continuation.special.lost_event import with_event
 from fmu_models.continuation.special.point import SpecialPoint
 from fmu_models.continuation.step.way import Found
+from fmu_models.language.contact_kinds import STICK
 
 # along the branch that crosses another one, in u: how far apart motions are compared to tell how the parameter changes
 ASIDE = (1e-3, 1e-4)
@@ -34,7 +35,8 @@ class Special(SpecialPoint):
         kind: "fold", "flip", "Neimark-Sacker", "pitchfork", "branch point"; "flip of the parent", where a motion of
             twice the period ends; "Hopf", where a cycle does; "grazing, compliant", "grazing, rigid",
             "grazing-sliding corner", "sliding exchange", "touch", where the word changes; "detachment", where a contact
-            begins to leave its wall at once after an impact without rebound, or to stay at it; "tie", where two events
+            begins to leave its wall at once after an impact without rebound, or to stay at it; "crossing-sliding",
+            where a contact begins to stick as its slip turns round, or several do; "tie", where two events
             come at one instant; "jump", where no motion goes on; "grazing", where an indicator of an FMU of others
             begins to reach zero.
         period: s; points of the motion of a map.
@@ -126,7 +128,7 @@ def special_of(
         elif touch.miss.turned or touch.miss.slot == TIE:
             kind = kinds.EXCHANGE if touch.miss.turned else kinds.TIE
         else:
-            kind, details = (_detachment if touch.miss.begins else _discontinuous)(finding, touch)
+            kind, details = (_beginning if touch.miss.begins else _discontinuous)(finding, touch)
             values |= details
     return Special(
         kind=kind,
@@ -141,8 +143,9 @@ def special_of(
     )
 
 
-def _detachment(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
-    """What is said of both sides of a point where a contact begins to stay at its wall, or to leave it at once."""
+def _beginning(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
+    """What is said of both sides of a point where a contact begins to stay at its wall, or to leave it at once, or to
+    stick where its slip turns round."""
     node = touch.node
     sides = sorted([member for member in (touch, finding.other) if member], key=lambda member: len(member.node.word))
     matrices = [side.node.seen.monodromy if side.monodromy is None else side.monodromy for side in sides]
@@ -151,7 +154,11 @@ def _detachment(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     if len(sides) > 1:
         details |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
         details["crossings"] = hull_crossings(node.problem, *matrices)
-    return kinds.DETACHMENT, details
+    if touch.miss.slot == 0:
+        return kinds.DETACHMENT, details
+    same = (event for event in node.seen.events if event.contact == touch.miss.contact)
+    turns = any(event.before != STICK for event in same if event.time == touch.miss.time)
+    return kinds.CROSSING_SLIDING if turns else kinds.EXCHANGE, details
 
 
 def _discontinuous(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:

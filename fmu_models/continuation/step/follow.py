@@ -20,7 +20,7 @@ from fmu_models.continuation.problem.node import SAME, Lost, Node, look, paramet
 from fmu_models.continuation.special import smooth
 from fmu_models.continuation.special.detachment import from_other_side
 from fmu_models.continuation.special.discontinuous import Touch
-from fmu_models.continuation.special.growing_multiplier import why_huge
+from fmu_models.continuation.special.growing_multiplier import sticking_along, why_huge
 from fmu_models.continuation.special.kinds import BRANCH_POINT, HOPF, JUMP
 from fmu_models.continuation.special.several import is_part
 from fmu_models.continuation.special.shrunk_cycle import amplitude, hopf_of
@@ -117,7 +117,7 @@ class Follower:
             if len(self.way.nodes) >= self.points:
                 self.way.end = "points", f"{self.points} motions were followed; ask for more{why_huge(self.way.nodes)}"
                 return
-            after = self._stepped(node, step)
+            after = self._stepped(node, step) if grows or step >= SHORTEST else self._cramped(node)
             if isinstance(after, Ahead):
                 crossed = self._across(node, after)
                 if crossed is None:
@@ -136,9 +136,6 @@ class Follower:
             grows = grows and step < FIRST
             step = min(step, LONGEST)
             node = self.way.nodes[-1] = self._placed(node)
-            if not grows and step < SHORTEST:
-                self._stuck(node, {"steps": "they become too short"})
-                return
 
     def _add(self, node: Node) -> None:
         self.way.add(node)
@@ -181,15 +178,26 @@ class Follower:
             self._stuck(node, reasons)
         return None
 
+    def _cramped(self, node: Node) -> Ahead | None:
+        """The change of the word towards which steps become too short, if it is seen."""
+        reasons = {"steps": "they become too short"}
+        ahead = self._change(node, SHORT, reasons)
+        if ahead is None:
+            self._stuck(node, reasons)
+        return ahead
+
     def _stuck(self, node: Node, reasons: dict[str, str]) -> None:
         at = f"{node.problem.over} = {node.value:.9g}"
         chattering = [contact for contact, _, after in node.word if after == CHATTERING]
-        refused = self._refused(node)
+        refused, sticks = self._refused(node), sticking_along(node)
         if refused:
             self.way.end = ("bounds", f"beyond {at} there is no such model: {refused}")
         elif chattering:
             rest = f"'{chattering[0]}' comes to rest after infinitely many impacts"
             self.way.end = "chatter", f"no motion in which {rest} follows at {at}"
+        elif sticks:
+            why = "motions beside it are as good, none stands alone, and a multiplier is 1"
+            self.way.end = "set", f"'{sticks}' sticks wherever it is at {at}: {why}"
         else:
             explanation = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
             explanation = f"it{f' ({explanation})' if explanation else ''}{why_huge(self.way.nodes)}"

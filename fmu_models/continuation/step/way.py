@@ -47,7 +47,9 @@ class Way:
 
     def add(self, node: Node) -> None:
         """A motion, and what lies between it and the one before."""
-        if self.nodes and self.nodes[-1].word == node.word and self.nodes[-1].problem is node.problem:
+        changed = bool(self.findings) and self.findings[-1][0] == len(self.nodes)
+        smooth_piece = bool(self.nodes) and not changed and self.nodes[-1].word == node.word
+        if smooth_piece and self.nodes[-1].problem is node.problem:
             for kind, special in smooth.between(self.nodes[-1], node):
                 self.meet(Found(kind, special))
                 if kind == BRANCH_POINT and special.repeats():

@@ -12,7 +12,6 @@ from fmu_models.continuation.special.detachment import from_vanishing
 from fmu_models.continuation.special.discontinuous import Touch, exchanged, from_miss, other_word
 from fmu_models.continuation.special.lost_event import from_event
 from fmu_models.continuation.special.several import at_once, with_all
-from fmu_models.language.contact_kinds import AWAY, STICK
 
 AHEAD = 6.0  # how many steps ahead an event may be lost or come
 
@@ -56,10 +55,9 @@ def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
         if rate < 0.0 and -miss.value / rate < AHEAD * step:
             kind = "begin" if miss.begins else "tie" if miss.slot == TIE else "miss"
             coming.append((-miss.value / rate, kind, miss))
-    begun = [miss.time for _, kind, miss in coming if kind == "begin"]
+    begun = [miss.time for _, kind, miss in coming if kind == "begin" and miss.slot == 0]
     for event in node.seen.events:
-        begins = event.before == AWAY or event.after == STICK or event.before * event.after == -1
-        if begins and event.time not in begun and np.isfinite(event.gradient).all():
+        if event.time not in begun and np.isfinite(event.gradient).all():
             rate = node.along(event.gradient)
             if rate < 0.0 and -event.value / rate < 2.0 * AHEAD * step:
                 coming.append((-event.value / (2.0 * rate), "event", event))

@@ -212,7 +212,8 @@ def _(result: Curves) -> str:
 @tell.register(Branch)
 def _(branch: Branch) -> str:
     """What is special, in the order of the branch, and the ends."""
-    lines = [f"{branch._heading()}, period {branch.every}: {branch.stable.sum()} stable"]
+    turns = "turns" if branch.of == PERIOD else "period"
+    lines = [f"{branch._heading()}, {turns} {branch.every}: {branch.stable.sum()} stable"]
     (kind, why), last = branch.ends
     lines.append(f"  {kind}: {why}")
     lines += [f"  {_told(special)}" for special in branch.special]
@@ -299,12 +300,11 @@ def _(result: Homoclinic, axes: Axes) -> None:
 
 @tell.register(Homoclinic)
 def _(result: Homoclinic) -> str:
-    born = "a stable" if result.saddle_quantity < 0.0 else "an unstable"
     at = ", ".join(f"{name} = {value:.15g}" for name, value in zip(result.states, result.saddle, strict=True))
     return "\n".join(
         [
             result._heading(),
             f"  saddle {at}; eigenvalues {numbers_text(result.eigenvalues)}",
-            f"  {born} cycle is born there; known to {result.width:.2g}",
+            f"  {result.born} is born there; known to {result.width:.2g}",
         ]
     )

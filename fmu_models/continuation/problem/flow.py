@@ -279,6 +279,10 @@ class FlowProblem(Problem):
     def turns(self) -> int:
         return 1 if self.autonomous else self.strobe.every
 
+    @property
+    def rounds(self) -> int:
+        return self.strobe.every
+
     def shifted(self, z: Vector, seen: Seen, phase: float) -> Vector:
         turns = (phase - self.phase) % self.strobe.every
         return self._after(z, turns * seen.length / self.strobe.every)

@@ -274,6 +274,11 @@ class Problem(ABC):
         """Periods of the forcing in one of the motion: from so many starts it is the same motion."""
         return 1
 
+    @property
+    def rounds(self) -> int:
+        """Periods of the forcing in one of the motion; of a cycle its turns, 2 where it came from one at a flip."""
+        return self.turns
+
     def part(self, z: Vector, seen: Seen) -> Vector:
         """z half a period later."""
         return self.shifted(z, seen, self.phase + self.turns / 2)

@@ -38,7 +38,7 @@ def why_huge(nodes: Sequence[Node]) -> str:
 
 
 def sticking_along(node: Node) -> str:
-    """The contact whose stick lets motions stand beside one another, each as good: a multiplier is 1. "" if none does."""
+    """The contact whose stick lets motions stand beside one another: a multiplier is 1. "" if none does."""
     own = node.problem.own(node.multipliers)
     neutral = not node.problem.still and own.size and np.abs(own - 1.0).min() < NEUTRAL
     held = (miss.contact for miss in node.seen.misses if miss.before == STICK)

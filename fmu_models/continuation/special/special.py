@@ -15,8 +15,9 @@ from fmu_models.continuation.curves.curve import Curve
 from fmu_models.continuation.curves.trace import curve_of
 from fmu_models.continuation.normal_forms.set_valued import hull_crossings
 from fmu_models.continuation.problem.node import Lost, Node, _scaled, arclength, solved
-from fmu_models.continuation.problem.problem import TIE, Vector, Word
+from fmu_models.continuation.problem.problem import TIE, Problem, Vector, Word
 from fmu_models.continuation.special import kinds
+from fmu_models.continuation.special.border_collision import Collision
 from fmu_models.continuation.special.discontinuous import Touch, event_kind
 from fmu_models.continuation.special.lost_event import with_event
 from fmu_models.continuation.special.point import SpecialPoint
@@ -38,7 +39,7 @@ class Special(SpecialPoint):
             begins to leave its wall at once after an impact without rebound, or to stay at it; "crossing-sliding",
             where a contact begins to stick as its slip turns round, or several do; "tie", where two events
             come at one instant; "jump", where no motion goes on; "grazing", where an indicator of an FMU of others
-            begins to reach zero.
+            begins to reach zero; "border collision", where a point of a cycle of a map comes to a border of the rule.
         period: s; points of the motion of a map.
         state: by name, at phase 0 of the forcing.
         words: of events before and after, along the branch; equal at smooth points.
@@ -52,7 +53,7 @@ class Special(SpecialPoint):
 
     RECORD: ClassVar = (
         *("kind", "criticality", "normal_form", "value", "value_with_event", "period", "state", "words"),
-        *("multipliers", "multipliers_with_event", "crossings", "contact", "slope"),
+        *("multipliers", "multipliers_with_event", "crossings", "contact", "slope", "cycles"),
     )
 
     period: float
@@ -62,7 +63,25 @@ class Special(SpecialPoint):
     value_with_event: float = np.nan
     slope: float = np.nan
     touch: Touch | None = field(default=None, repr=False)
+    collision: Collision | None = field(default=None, repr=False)
     follows: Callable[[Special, int], tuple[Any, ...]] = field(default=lambda special, points: (), repr=False)
+
+    @property
+    def criticality(self) -> str:
+        """As of ``SpecialPoint``; of a border collision "persistence", "nonsmooth fold" or "jump"."""
+        return self.collision.form if self.collision else super().criticality
+
+    @property
+    def cycles(self) -> dict[str, dict[str, str]]:
+        """Of a border collision: words of the cycles "below" and "above" it, up to eight turns, and whether each is
+        "stable" or "unstable"; L and R where the border's function is below and above zero."""
+        found = self.collision.cycles if self.collision else ()
+        sides = {"below": False, "above": True}
+        return {
+            side: {cycle.word: "stable" if cycle.stable else "unstable" for cycle in found if cycle.above == above}
+            for side, above in sides.items()
+            if found
+        }
 
     def switch(self, points: int = 2000) -> tuple[Any, ...]:
         """The branches that leave here, each a ``Branch``, over the range of the one that it was met on.
@@ -116,7 +135,9 @@ def special_of(
     problem, kind = node.problem, finding.kind
     before, after = (side.word if side else node.word for side in (finding.before, finding.after))
     values: dict[str, Any] = {"value": node.value, "words": (before, after), "contact": finding.contact}
-    if touch is None:
+    if finding.collision is not None:
+        values |= _collided(problem, finding.collision)
+    elif touch is None:
         if kind == kinds.BRANCH_POINT:
             kind = kinds.PARENT_FLIP if node.repeats() else branch_kind(node)
     else:
@@ -141,6 +162,19 @@ def special_of(
         follows=follows,
         **{"multipliers": node.multipliers, **values},
     )
+
+
+def _collided(problem: Problem, collision: Collision) -> dict[str, Any]:
+    """What is said of a border that a point of a cycle comes to."""
+    values: dict[str, Any] = {"value": float(collision.z[-1]), "collision": collision}
+    values["contact"] = collision.miss.contact
+    finite = [monodromy for monodromy in collision.monodromies if monodromy is not None]
+    if finite:
+        values["multipliers"] = problem.multipliers(finite[0])
+    if len(finite) > 1:
+        values["multipliers_with_event"] = problem.multipliers(finite[1])
+        values["crossings"] = hull_crossings(problem, *finite)
+    return values
 
 
 def _beginning(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:

@@ -21,7 +21,8 @@ from fmu_models.continuation.special import smooth
 from fmu_models.continuation.special.detachment import from_other_side
 from fmu_models.continuation.special.discontinuous import Touch
 from fmu_models.continuation.special.growing_multiplier import sticking_along, why_huge
-from fmu_models.continuation.special.kinds import BRANCH_POINT, HOPF, JUMP
+from fmu_models.continuation.special.homoclinic_end import homoclinic_end
+from fmu_models.continuation.special.kinds import BRANCH_POINT, HOMOCLINIC, HOPF, JUMP
 from fmu_models.continuation.special.several import is_part
 from fmu_models.continuation.special.shrunk_cycle import amplitude, hopf_of
 from fmu_models.continuation.step.same_motion import CLOSED, begun_at, between, images
@@ -189,9 +190,17 @@ class Follower:
     def _stuck(self, node: Node, reasons: dict[str, str]) -> None:
         at = f"{node.problem.over} = {node.value:.9g}"
         chattering = [contact for contact, _, after in node.word if after == CHATTERING]
+        homoclinic = homoclinic_end(self.way.nodes)
         refused, sticks = self._refused(node), sticking_along(node)
         if refused:
             self.way.end = ("bounds", f"beyond {at} there is no such model: {refused}")
+        elif homoclinic is not None:
+            z = np.append(node.z[:-1], homoclinic.value)
+            self.way.meet(Found(HOMOCLINIC, replace(node, z=z)))
+            place = zip(node.problem.states, homoclinic.point.tolist(), strict=True)
+            saddle = ", ".join(f"{name} = {value:.6g}" for name, value in place)
+            why = f"the period is without end at {node.problem.over} = {homoclinic.value:.12g}"
+            self.way.end = "homoclinic", f"{why}: the cycle comes to the saddle {saddle}, and stays ever longer near it"
         elif chattering:
             rest = f"'{chattering[0]}' comes to rest after infinitely many impacts"
             self.way.end = "chatter", f"no motion in which {rest} follows at {at}"

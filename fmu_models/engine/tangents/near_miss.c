@@ -65,8 +65,11 @@ static void search_misses(const Run *r, Tangents *tangents, int c, int slot, int
     NearMiss miss = {.contact = c, .slot = slot, .side = side, .state = r->at.state[c]};
     indicator_series(r, variation_of(tangents, 0), 0, c, slot, side, &f);
     double low = 0.0;
-    /* what has just fallen, or begun at zero, has a slope there that is rounding */
-    double slope = r->at.known[c][slot] ? 0.0 : sign * indicator_slope(f.value, f.order, 0.0);
+    /* coefficients of what has just fallen, or begun at zero, are rounding where they are known to be zero */
+    const int zeros = r->at.known[c][slot] * (r->segment_rooted ? 2 : 1);
+    for (int k = 0; k < zeros && k <= f.order; k++)
+        f.value[k] = 0.0;
+    double slope = zeros ? 0.0 : sign * indicator_slope(f.value, f.order, 0.0);
     for (int i = 1; i <= MISS_SAMPLES; i++) {
         const double sample = end * i / MISS_SAMPLES;
         while (low < sample) {
@@ -121,7 +124,8 @@ static int turned(const Run *r, Tangents *tangents, const NearMiss *miss)
     const double sign = miss->side != 0 ? 1.0 : (double)location_indicator(r, miss->contact, (Slot)miss->slot);
     indicator_series(r, variation_of(tangents, 0), 0, miss->contact, miss->slot, miss->side, &f);
     const double rise = sign * f.value[0] - miss->value;
-    return sign * slope_in_time(r, &f, 0.0) > 1e-9 * miss->slope || rise > 1e-6 * (fabs(f.value[0]) + fabs(miss->value));
+    return sign * slope_in_time(r, &f, 0.0) > 1e-9 * miss->slope
+           || rise > 1e-6 * (fabs(f.value[0]) + fabs(miss->value));
 }
 
 /* what the event has turned; the rest is forgotten */

@@ -222,7 +222,8 @@ def _(branch: Branch) -> str:
 
 def _told(special: Special) -> str:
     multipliers = ", ".join(_number(multiplier) for multiplier in special.multipliers)
-    kind = f"{special.kind}, {special.criticality}" if special.criticality else special.kind
+    symmetry = "symmetry-breaking " if special.breaks_symmetry else ""
+    kind = symmetry + (f"{special.kind}, {special.criticality}" if special.criticality else special.kind)
     line = f"{kind} at {special.parameter} = {special.value:.15g}; multipliers {multipliers}"
     if special.contact:
         line += f"; {special.contact}"

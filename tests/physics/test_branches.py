@@ -253,6 +253,7 @@ def test_the_impact_pair():
     (known,) = [one for one in of("pair_e0.6_down") if "pitchfork" in one["kind"]]
     pitchfork = min(found.special, key=lambda one: abs(one.value - known["value"]))
     twins = pitchfork.switch(points=80)
+    assert pitchfork.breaks_symmetry and "symmetry-breaking pitchfork" in found.summary()
     assert pitchfork.criticality == "supercritical" and all(twin.stable[:6].all() for twin in twins)
     for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
         check(known, [special for twin in twins for special in twin.special])
@@ -350,7 +351,7 @@ def test_the_hinge_breaks_its_symmetry():
     check(grazing, found.special, discontinuous=1e-9)
     # called a fold there: the parameter turns, where the motion becomes its own mirror twin
     (pitchfork,) = [one for one in found.special if one.kind == "pitchfork"]
-    assert pitchfork.value == pytest.approx(turn["value"], abs=1e-10)
+    assert pitchfork.value == pytest.approx(turn["value"], abs=1e-10) and pitchfork.breaks_symmetry
     # of the symmetric motion itself, by 24 digits: its half map has a derivative with the eigenvalue 1 there, where the
     # listed value, of the motion without symmetry, misses that by 4e-9
     x, v, f = 0.0066220869368431714785, 0.016372785895150997606, 0.3638571561798623223915

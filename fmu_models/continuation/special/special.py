@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from typing import Any, ClassVar
 
@@ -26,6 +27,7 @@ from fmu_models.language.contact_kinds import STICK
 
 # along the branch that crosses another one, in u: how far apart motions are compared to tell how the parameter changes
 ASIDE = (1e-3, 1e-4)
+MIRRORED = 1e-6  # in u: how nearly a motion is its own mirror image
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -53,7 +55,7 @@ class Special(SpecialPoint):
 
     RECORD: ClassVar = (
         *("kind", "criticality", "normal_form", "value", "value_with_event", "period", "state", "words"),
-        *("multipliers", "multipliers_with_event", "crossings", "contact", "slope", "cycles"),
+        *("multipliers", "multipliers_with_event", "crossings", "contact", "slope", "cycles", "breaks_symmetry"),
     )
 
     period: float
@@ -70,6 +72,19 @@ class Special(SpecialPoint):
     def criticality(self) -> str:
         """As of ``SpecialPoint``; of a border collision "persistence", "nonsmooth fold" or "jump"."""
         return self.collision.form if self.collision else super().criticality
+
+    @cached_property
+    def breaks_symmetry(self) -> bool:
+        """Whether it is a pitchfork of a motion that is its own mirror image half a period later: each state there is
+        the same or the opposite, about some middle. What leaves is not."""
+        if self.kind != kinds.PITCHFORK or self.node.problem.still:
+            return False
+        node, n, eighth = self.node, len(self.node.problem.states), self.node.seen.length / 8
+        later = (node.problem.later(node.z, node.seen, k * eighth)[1] for k in range(8))
+        points = np.array([z[:n] / node.scales[:n] for z in later])
+        opposite = np.ptp(points[:4] + points[4:], axis=0) < MIRRORED
+        same = np.abs(points[:4] - points[4:]).max(axis=0) < MIRRORED
+        return bool((opposite | same).all() and not same.all())
 
     @property
     def cycles(self) -> dict[str, dict[str, str]]:

@@ -47,7 +47,7 @@ class PeriodicSignal(Input):
         *,
         period: Expression,
         knots: Sequence[tuple[Expression, Expression]],
-        start: Expression = 0.0,
+        start: Expression = 0,
     ) -> Self:
         symbol = super().__new__(cls, name, 0.0, unit, description)
         symbol.period, symbol.start = sympy.sympify(period), sympy.sympify(start)
@@ -63,9 +63,9 @@ class PeriodicSignal(Input):
         description: str,
         *,
         period: Expression,
-        low: Expression = 0.0,
-        high: Expression = 1.0,
-        start: Expression = 0.0,
+        low: Expression = 0,
+        high: Expression = 1,
+        start: Expression = 0,
     ) -> Self:
         """A ramp from ``low`` to ``high`` in every period, which falls back at once; other arguments as above."""
         return cls(name, unit, description, period=period, knots=[(0, low), (1, high)], start=start)
@@ -78,14 +78,20 @@ class PeriodicSignal(Input):
         description: str,
         *,
         period: Expression,
-        low: Expression = 0.0,
-        high: Expression = 1.0,
+        low: Expression = 0,
+        high: Expression = 1,
         duty: Expression = 0.5,
-        start: Expression = 0.0,
+        start: Expression = 0,
     ) -> Self:
         """``high`` for the part ``duty`` of every period, then ``low``; other arguments as above."""
         knots = [(0, high), (duty, high), (duty, low), (1, low)]
         return cls(name, unit, description, period=period, knots=knots, start=start)
+
+    @property
+    def shape(self) -> str:
+        """A line that says what it is."""
+        knots = ", ".join(f"({place}, {value})" for place, value in self.knots)
+        return f"{self.name} = lines through {knots} over (t - {self.start})/({self.period}) modulo 1"
 
     @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
@@ -99,7 +105,7 @@ class PeriodicSignal(Input):
         period = Requirement(self.period, f"the period of '{self.name}' must be positive", strict=True)
         gaps = (b - a for (a, _), (b, _) in pairwise(self.knots))
         needed = (period, *(Requirement(gap, ascend) for gap in gaps))
-        return tuple(r for r in needed if not (r.expression.is_positive or r.expression.is_zero))
+        return tuple(r for r in needed if not _holds(r))
 
     def folded(self, folded: Callable[[sympy.Basic], Any]) -> Self:
         """The same signal (equal to this one in expressions) with each of its expressions changed by a function."""
@@ -113,6 +119,11 @@ def with_signals(symbols: Collection[sympy.Basic]) -> set[sympy.Basic]:
     return set(symbols).union(*(e.free_symbols for signal in signals for e in signal.expressions))
 
 
+def _holds(requirement: Requirement) -> bool:
+    value = requirement.expression
+    return bool(value.is_positive or (value.is_zero and not requirement.strict))
+
+
 def _check(signal: PeriodicSignal) -> None:
     places = [place for place, _ in signal.knots]
     if len(places) < 2 or places[0] != 0 or places[-1] != 1:
@@ -122,7 +133,7 @@ def _check(signal: PeriodicSignal) -> None:
             "0, the last at 1, places in parts of the period."
         )
     for requirement in signal.requirements:
-        if requirement.expression.is_negative or requirement.expression.is_zero:
+        if not requirement.expression.free_symbols:
             raise StickslipError(f"{requirement.sentence[0].upper()}{requirement.sentence[1:]}.")
     for expression in signal.expressions:
         if strangers := sorted(str(s) for s in expression.free_symbols if not isinstance(s, Parameter)):

@@ -58,11 +58,5 @@ def ball(sense: int = 1) -> Automaton:
 
 def _automaton(name: str, flows: Any, switch: Switch, reset: Reset) -> Automaton:
     return Automaton(
-        name=name,
-        title=name,
-        source="closed form",
-        states=list(flows),
-        flows=flows,
-        switches=[switch],
-        resets=[reset],
+        name=name, title=name, source="closed form", states=list(flows), flows=flows, switches=[switch], resets=[reset]
     )

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 from fmpy import simulate_fmu
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mechanisms import mechanism, opened
 from quick_export import quick_export
 from scipy.linalg import expm
-from scipy.optimize import brentq, root_scalar
+from scipy.optimize import root_scalar
 from signalled import buck, follower, pushed
 
 from fmu_models import (
@@ -42,7 +43,7 @@ from fmu_models.base.errors import StickslipError
 
 PERIOD = 400e-6
 NAMES = ("d", "k", "T", "t0", "p1", "p2", "s0", "s1", "s2", "s3")
-DEFAULTS = dict(zip(NAMES, (0.15, 0.5, 1.7, 0.3, 0.3, 0.3, 1.0, -0.4, 0.6, 0.1), strict=True))
+DEFAULTS: dict[str, float] = dict(zip(NAMES, (0.15, 0.5, 1.7, 0.3, 0.3, 0.3, 1.0, -0.4, 0.6, 0.1), strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +123,7 @@ def exact(p: dict[str, float], stop: float, x: Any = (0.4, 0.1)) -> tuple[np.nda
             lower = grid[first - 1] if first else grid[0] * 1e-3
             if gap(lower) <= 0.0:
                 return state, events, 0.0  # leaves and comes back at once
-            later = float(brentq(gap, lower, grid[first], xtol=1e-15, rtol=1e-15))
+            later = root_scalar(gap, bracket=(lower, grid[first]), xtol=1e-15, rtol=1e-15).root
             state, t = flow(z, p, sign, later), t + later
             clear, sign = min(clear, abs(slope - state[1])), -sign
             events.append(t)
@@ -157,7 +158,8 @@ def test_the_signal_is_shown_from_the_jump_on(oscillator):
     run = simulate(oscillator, 2.0, output_times=times)
     pieces = knots_of(p, 3.0)
     last = [max((piece for piece in pieces if piece[0] <= t), key=lambda piece: piece[0]) for t in times]
-    assert run["s_now"] == pytest.approx([value + slope * (t - begin) for t, (begin, value, slope) in zip(times, last)])
+    shown = zip(times, last, strict=True)
+    assert run["s_now"] == pytest.approx([value + slope * (t - begin) for t, (begin, value, slope) in shown])
 
 
 @pytest.mark.parametrize("p", [DEFAULTS, DEFAULTS | {"p2": 0.6, "t0": -20.3, "k": 0.9}], ids=["jump", "line"])
@@ -232,7 +234,7 @@ def test_a_square_wave_pushes_a_block():
     push, grip = Parameter("F", 3.0, "N", "push"), Parameter("N", 1.0, "N", "load", positive=True)
     long = Parameter("T", 4.0, "s", "period", positive=True)
     force = PeriodicSignal.square("force", "N", "push", period=long, high=push, duty=0.25)
-    floor = Friction(name="floor", slip=x.v, law=Coulomb(grip, 1))
+    floor = Friction(name="floor", slip=x.v, law=Coulomb(grip, sympy.S.One))
     block = mechanism("pushed_block", [x], m * x.v**2 / 2, -force * x, [floor])
     run = simulate(opened(block), 5.0, output_times=[1.0, 3.5, 5.0])
     assert run["x"] == pytest.approx([1.0, 3.0, 4.0], abs=1e-13)

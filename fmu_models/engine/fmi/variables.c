@@ -44,8 +44,9 @@ int variables_clock(int i, int *tick)
 
 Kind variables_locate(uint32_t vr, int *index)
 {
-    const int counts[] = {1,        MODEL_NP, MODEL_SET_INPUTS, MODEL_SET_INPUTS, MODEL_NX, variables_memory_contact(MODEL_NC),
-                          MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NI};
+    const int counts[] = {
+        1,        MODEL_NP, MODEL_SET_INPUTS, MODEL_SET_INPUTS, MODEL_NX, variables_memory_contact(MODEL_NC),
+        MODEL_NX, MODEL_NY, MODEL_NC,         MODEL_NI};
     long rest = (long)vr - 1;
     for (int kind = TIME; kind < CLOCK; kind++) {
         if (rest >= 0 && rest < counts[kind]) {

@@ -79,7 +79,7 @@ typedef struct {
     Real p[MODEL_ROOM(MODEL_NP)];
     Real d[MODEL_ROOM(MODEL_ND)];
     Real u[MODEL_ROOM(MODEL_NU)];
-    Real du[MODEL_ROOM(MODEL_NU)]; /* rates of the inputs, constant over a step */
+    Real du[MODEL_ROOM(MODEL_NU)];      /* rates of the inputs, constant over a step */
     double cycle[MODEL_ROOM(MODEL_NS)]; /* of each signal, whole periods since its start */
     short piece[MODEL_ROOM(MODEL_NS)];  /* and the knot behind it */
     Real x[MODEL_ROOM(MODEL_NX)];

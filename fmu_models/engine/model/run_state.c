@@ -63,7 +63,7 @@ static double place_signal(Point *at, int i, double time)
     Signal s;
     const int last = model_signal(at->p, at->d, i, &s) - 1;
     int k = last;
-    if (!(s.period > 0.0)) return INFINITY; /* refused before anything moves */
+    if (!(s.period > 0.0)) return INFINITY;                  /* refused before anything moves */
     double cycle = floor((time - s.start) / s.period) + 1.0; /* one too late at least, whatever rounding does */
     while (signals_knot(at, i, cycle, 0) > time)
         cycle -= 1.0;
@@ -84,8 +84,8 @@ void run_place_signals(Run *r)
 
 void run_shift_time(Run *r, double by)
 {
-    double *const times[] = {&r->at.time,    &r->horizon,    &r->tick, &r->segment_start, &r->accumulation_start,
-                             &r->last_event, &r->paced_time, &r->pace_start,    &r->goal};
+    double *const times[] = {&r->at.time,    &r->horizon,    &r->tick,       &r->segment_start, &r->accumulation_start,
+                             &r->last_event, &r->paced_time, &r->pace_start, &r->goal};
     for (size_t i = 0; i < sizeof times / sizeof *times; i++)
         *times[i] += by;
     for (int c = 0; c < MODEL_NC; c++) {

@@ -8,7 +8,10 @@
  */
 #include "signals.h"
 
-static Real KIND(knot_time)(const Signal *s, double cycle, int k) { return s->start + (cycle + s->place[k]) * s->period; }
+static Real KIND(knot_time)(const Signal *s, double cycle, int k)
+{
+    return s->start + (cycle + s->place[k]) * s->period;
+}
 
 Real signals_knot(const Point *at, int i, double cycle, int k)
 {

@@ -51,7 +51,7 @@ class StressEquations:
         self.system: HybridSystem = lower(model)
         system = self.system
         if system.signals:
-            raise StickslipError(f"{model.name} has a signal of its own, '{system.signals[0].name}', which no judge knows.")
+            raise StickslipError(f"{model.name} has a periodic signal, which no judge knows. Stress it without.")
         self.driven = [state.name for state in system.driven]
         self.parameters = {p.name: p.value for p in system.parameters}
         self.inputs = {u.name: u.value for u in system.inputs}

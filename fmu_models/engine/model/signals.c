@@ -15,7 +15,7 @@ static Real KIND(knot_time)(const Signal *s, double cycle, int k)
 
 Real signals_knot(const Point *at, int i, double cycle, int k)
 {
-    Signal s;
+    Signal s = {0}; /* gcc looks into calls that a model without signals never makes */
     model_signal(at->p, at->d, i, &s);
     return KIND(knot_time)(&s, cycle, k);
 }

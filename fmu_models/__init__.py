@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.shares import basin_shares as basin_shares
     from fmu_models.analyses.shock import least_shock as least_shock
     from fmu_models.analyses.spectrum import spectrum as spectrum
+    from fmu_models.analyses.tipping import tipping_rates as tipping_rates
     from fmu_models.base.errors import StickslipError as StickslipError
     from fmu_models.codegen.package import export as export
     from fmu_models.codegen.package import variant as variant

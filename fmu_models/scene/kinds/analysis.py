@@ -42,10 +42,12 @@ def kind_of(analysis: Analysis) -> Kind:
     differing = {
         name: declared.in_scene for name, declared in declared_options.items() if declared.option.in_scene is not None
     }
+    anywhere = analysis.of_run is None and analysis.axes != RANGE and "level" not in analysis.without
     return Kind(
         compute,
         periodic=analysis.subject == SECTION,
-        anywhere=analysis.of_run is None and analysis.axes != RANGE and "level" not in analysis.without,
+        anywhere=anywhere,
+        unforced=anywhere or "autonomous" in analysis.without,
         sweeps=analysis.sweeps,
         axes="" if analysis.sweeps else analysis.axes,
         settings={name: declared.in_scene for name, declared in declared_options.items()},

@@ -39,7 +39,8 @@ class Kind:
         compute: from a scene, its FMU and the arguments of ``simulate``, changed where the scene varies something, to a
             row; to one per value of what is varied if the kind ``sweeps`` by itself.
         periodic: whether the scene must say a period or what forces it.
-        anywhere: whether another section than a strobe will do, and none of a model that nothing forces.
+        anywhere: whether another section than a strobe will do.
+        unforced: whether it wants none of a model that nothing forces.
         sweeps: see ``compute``.
         axes: what it is over: two PARAMETERS, one STATE or STATES; empty if it has no axes.
         settings: keys of [compute] that no other kind reads, and their defaults.
@@ -48,6 +49,7 @@ class Kind:
     compute: Callable[[Scene, Fmu, dict[str, Any]], Row | tuple[Row, ...]]
     periodic: bool = False
     anywhere: bool = False
+    unforced: bool = False
     sweeps: bool = False
     axes: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)

@@ -145,6 +145,11 @@ class SectionSystem(Shown, ABC):
         return {"section": type(self).__name__, "model": self.name, **plain, "parameters": dict(self.values)}
 
     @property
+    def driven(self) -> list[int]:
+        """Numbers of a point that are phases which turn by themselves, as a forcing of a second frequency has one."""
+        return []
+
+    @property
     def turns(self) -> Vector:
         """(n,) after how much of itself each number of a point is the same; infinite of what is no angle or phase."""
         return np.full(len(self.states), np.inf)

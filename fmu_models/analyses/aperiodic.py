@@ -5,7 +5,7 @@
                  smooth motions of several frequencies do, also of a run four times as long, and its points fill more
                  than FILLED dimensions, there or in a run four times longer still: near a resonance they fill it late
     strange      a phase that only turns drives the others; the largest exponent of these is negative, and yet what they
-                 change by with the phase grows without bound: strange, but not chaotic. Where it is bounded it is a torus
+                 change by with the phase grows without bound: strange, but no chaos. Where that is bounded: torus
     cycle        of what nothing forces, seen at times of no meaning to it: all exponents but that along the motion are
                  negative; a torus of it has one dimension more, or it is one of the cycles about a centre
     not decided  otherwise: strange sets without chaos, the accumulation of flips, slow transients
@@ -85,7 +85,8 @@ def largest_exponents(
         sound = rows.filled == BATCHES
         growth = rows.growth / jobs.batch
         means = growth.mean(axis=1)
-        for _ in range(system.autonomous + len(system.driven)):  # along the motion, or a phase: the nearest to zero
+        # along the motion, of a phase or of what drifts: the nearest to zero
+        for _ in range(system.autonomous + len(system.driven) + len(system.drifting)):
             means[np.arange(len(means)), np.nan_to_num(np.abs(means), nan=np.inf).argmin(axis=1)] = np.nan
         k = np.argmax(np.where(np.isnan(means), -np.inf, means), axis=1)
         largest = growth[np.arange(len(k)), :, k]

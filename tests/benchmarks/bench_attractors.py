@@ -13,12 +13,13 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 import sympy
 
-from fmu_models import TIME, Automaton, Iteration, Map, Parameter, State, Strobe, basins, load
+from fmu_models import TIME, Automaton, Fmu, Iteration, Map, Parameter, State, Strobe, basins, load
 from fmu_models.analyses.unforced import LimitCycle
 from fmu_models.base.arrays import Vector
 from fmu_models.families.execution import Execution
@@ -43,34 +44,40 @@ def circle_map() -> Map:
                modulus={t: sympy.Integer(1)})  # fmt: skip
 
 
-def ueda() -> Strobe:
+@cache
+def ueda() -> Fmu:
     """x'' + d x' + x^3 = B cos t."""
     rate, w = (Parameter(name, 1.0, "rad/s", name, positive=True) for name in ("rate", "w"))
     d, b = Parameter("d", 0.1, "1", "damping"), Parameter("B", 7.5, "1", "amplitude")
     x, v = State("x", "1", "x", start=0.5), State("v", "1", "v", start=0.0)
     flows: Any = {x: rate * v, v: rate * (b * sympy.cos(w * TIME) - d * v - x**3)}
-    return Strobe(load(Automaton(name="ueda", title="ueda", source="here", states=[x, v], flows=flows)), forcing="w")
+    return load(Automaton(name="ueda", title="ueda", source="here", states=[x, v], flows=flows))
 
 
-def roessler() -> Strobe:
+@cache
+def roessler() -> Fmu:
     rate, a, c = Parameter("rate", 1.0, "1/s", "rate", positive=True), *(Parameter(n, 0.2, "1", n) for n in "ac")
     x, y, z = (State(n, "1", n, start=1.0) for n in "xyz")
     flows: Any = {x: -rate * (y + z), y: rate * (x + a * y), z: rate * (sympy.Rational(1, 5) + z * (x - c))}
-    return Strobe(load(Automaton(name="roessler", title="roessler", source="here", states=[x, y, z], flows=flows)))
+    return load(Automaton(name="roessler", title="roessler", source="here", states=[x, y, z], flows=flows))
 
 
 @dataclass(frozen=True)
 class Family:
-    """system, ranges of its parameters and of its starts; plain: a step, or rates where ``step`` is a length > 0, of
-    ``in_one`` a step of the section."""
+    """system at values of its parameters, their ranges and those of its starts; plain: a step, or rates where ``step``
+    is a length > 0, of ``in_one`` a step of the section."""
 
-    system: Callable[[], SectionSystem]
+    system: Callable[[Mapping[str, float]], SectionSystem]
     parameters: Mapping[str, tuple[float, float]]
     box: Mapping[str, tuple[float, float]]
     plain: Field
     count: int
     step: float = 0.0
     in_one: int = 1
+
+
+def _logistic(x: Vector, p: Any, t: float) -> Vector:
+    return p["r"] * x * (1 - x)
 
 
 def _henon(x: Vector, p: Any, t: float) -> Vector:
@@ -89,17 +96,18 @@ def _roessler(x: Vector, p: Any, t: float) -> Vector:
     return np.array([-x[1] - x[2], x[0] + p["a"] * x[1], 0.2 + x[2] * (x[0] - p["c"])])
 
 
+def mapped(declared: Map) -> Callable[[Mapping[str, float]], SectionSystem]:
+    return lambda values: Iteration.of(declared, values)
+
+
 FAMILIES = {
-    "circle": Family(lambda: Iteration.of(circle_map()), {"K": (0.0, 0.98), "W": (0.0, 1.0)}, {"t": (0.0, 1.0)},
-                     _circle, 100_000),
-    "logistic": Family(lambda: Iteration.of(LOGISTIC), {"r": (2.8, 4.0)}, {"x": (0.1, 0.9)},
-                       lambda x, p, t: p["r"] * x * (1 - x), 100_000),
-    "henon": Family(lambda: Iteration.of(HENON), {"a": (0.2, 1.4), "b": (0.1, 0.3)}, {"x": (-0.3, 0.3)},
-                    _henon, 100_000),
-    "ueda": Family(ueda, {"d": (0.05, 0.3), "B": (1.0, 12.0)}, {"x": (-3.0, 3.0), "v": (-3.0, 3.0)},
-                   _ueda, 2_000, 2 * np.pi / 300, 300),
-    "roessler": Family(roessler, {"a": (0.1, 0.3), "c": (2.0, 8.0)}, {"x": (-3.0, 3.0), "y": (-3.0, 3.0)},
-                       _roessler, 3_000, 0.01, 100),
+    "circle": Family(mapped(circle_map()), {"K": (0.0, 0.98), "W": (0.0, 1.0)}, {"t": (0.0, 1.0)}, _circle, 100_000),
+    "logistic": Family(mapped(LOGISTIC), {"r": (2.8, 4.0)}, {"x": (0.1, 0.9)}, _logistic, 100_000),
+    "henon": Family(mapped(HENON), {"a": (0.2, 1.4), "b": (0.1, 0.3)}, {"x": (-0.3, 0.3)}, _henon, 100_000),
+    "ueda": Family(lambda values: Strobe(ueda(), forcing="w", parameters=values), {"d": (0.05, 0.3), "B": (1.0, 12.0)},
+                   {"x": (-3.0, 3.0), "v": (-3.0, 3.0)}, _ueda, 2_000, 2 * np.pi / 300, 300),
+    "roessler": Family(lambda values: Strobe(roessler(), parameters=values), {"a": (0.1, 0.3), "c": (2.0, 8.0)},
+                       {"x": (-3.0, 3.0), "y": (-3.0, 3.0)}, _roessler, 3_000, 0.01, 100),
 }  # fmt: skip
 
 
@@ -115,10 +123,10 @@ class Draw:
     cost: float
 
 
-def drawn(family: Family, system: SectionSystem, rng: np.random.Generator) -> Draw:
+def drawn(family: Family, rng: np.random.Generator) -> Draw:
     values, start = ({n: float(rng.uniform(*ends)) for n, ends in of.items()} for of in (family.parameters, family.box))
-    begin = time.process_time()
-    found = basins(system.at(**values), execution=ALONE, **{n: [x] for n, x in start.items()})
+    begin, system = time.process_time(), family.system(values)
+    found = basins(system, execution=ALONE, **{n: [x] for n, x in start.items()})
     cost, label = time.process_time() - begin, int(found.labels.ravel()[0])
     if label < 0:
         return Draw(values, DRAWN[4 if label == -1 else 5], 0.0, system.start(start), "", cost)
@@ -185,8 +193,7 @@ def main(count: int, names: list[str]) -> None:
     print(" ".join(f"{head:>11}" for head in heads))
     for name in names:
         family, rng = FAMILIES[name], np.random.default_rng(SEED)
-        system = family.system()
-        draws = [drawn(family, system, rng) for _ in range(count)]
+        draws = [drawn(family, rng) for _ in range(count)]
         settled = [draw for draw in draws if draw.kind not in DRAWN[3:]]
         judgements = zip(settled, *judged(family, settled), strict=True)
         bad = [(d, g, p) for d, g, p in judgements if wrong(family, d, g, p)]

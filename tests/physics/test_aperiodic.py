@@ -74,8 +74,16 @@ def kinds(found: Basins) -> list[str]:
         # where flips accumulate
         (Iteration.of(LOGISTIC, {"r": 3.569945672}), NOT_DECIDED, 0.0),
     ],
-    ids=["henon", "logistic", "delayed torus", "delayed chaos", "strange without chaos", "driven torus",
-         "driven chaos", "feigenbaum"],
+    ids=[
+        "henon",
+        "logistic",
+        "delayed torus",
+        "delayed chaos",
+        "strange without chaos",
+        "driven torus",
+        "driven chaos",
+        "feigenbaum",
+    ],
 )
 def test_kinds_of_maps(system, kind, exponent):
     point = iterate(system, system.start({"x": 0.3}), 3000)[-1]

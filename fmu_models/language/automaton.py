@@ -9,9 +9,8 @@ typed. A ``Reset`` makes states jump where a switching function falls to zero.
 Source: Filippov, Differential equations with discontinuous right-hand sides (1988), chapter 2.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NoReturn
 
 import sympy
 
@@ -139,16 +138,6 @@ class Automaton(Declaration):
     def internal_states(self) -> tuple[InternalState, ...]:
         """None: an automaton has no laws."""
         return ()
-
-    def restricted_to(self, contacts: Iterable[str]) -> NoReturn:
-        """Refused: raises StickslipError, always."""
-        raise StickslipError(
-            f"{self.name} has no contacts to choose from ({', '.join(contacts)}): its switches are part of its flow."
-        )
-
-    def with_law(self, **laws: object) -> NoReturn:
-        """Refused: raises StickslipError, always."""
-        raise StickslipError(f"{self.name} has no contacts that could have another law ({', '.join(laws)}).")
 
 
 def _expected_units(automaton: Automaton) -> Iterator[tuple[str, sympy.Expr, str]]:

@@ -1,12 +1,13 @@
 """What checks and lowering know of a declared body: its energies, contacts and outputs, whatever class holds them."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 import sympy
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.language.contacts import Contact, Requirement
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
@@ -39,6 +40,16 @@ class Declaration(Shown, ABC):
     @abstractmethod
     def symbols(self) -> set[sympy.Basic]:
         """Quantities that it uses."""
+
+    def restricted_to(self, contacts: Iterable[str]) -> Self:
+        """Refused: raises StickslipError, but of a mechanism."""
+        raise StickslipError(
+            f"{self.name} has no contacts to choose from ({', '.join(contacts)}): what switches is part of it."
+        )
+
+    def with_law(self, **laws: Any) -> Self:
+        """Refused: raises StickslipError, but of a mechanism."""
+        raise StickslipError(f"{self.name} has no contacts that could have another law ({', '.join(laws)}).")
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

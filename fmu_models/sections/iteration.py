@@ -25,7 +25,7 @@ from fmu_models.families.stepwise import FAR, Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.maps import Map
 from fmu_models.language.values import check_numbers, check_values
-from fmu_models.lowering.iterated import PERIOD, differentiated, iterated
+from fmu_models.lowering.iterated import differentiated, iterated_alone
 from fmu_models.sections.diagonal import Crossings, find_crossings
 from fmu_models.sections.system import SectionSystem, named_point
 from fmu_models.simulation.engine import engine_of
@@ -269,8 +269,7 @@ def _fmu(declared: Map, backward: bool) -> Fmu:
 
 @cache
 def _built(declared: Map, backward: bool) -> Fmu:
-    names = "".join(quantity.name for quantity in (*declared.states, *declared.parameters))
-    return Fmu.open(built_of(iterated(declared, backward=backward, period_name=f"{names}_{PERIOD}")))
+    return Fmu.open(built_of(iterated_alone(declared, backward)))
 
 
 _building = threading.Lock()

@@ -126,7 +126,8 @@ class Draw:
 def drawn(family: Family, rng: np.random.Generator) -> Draw:
     values, start = ({n: float(rng.uniform(*ends)) for n, ends in of.items()} for of in (family.parameters, family.box))
     begin, system = time.process_time(), family.system(values)
-    found = basins(system, execution=ALONE, **{n: [x] for n, x in start.items()})
+    axes: Any = {n: [x] for n, x in start.items()}
+    found = basins(system, execution=ALONE, **axes)
     cost, label = time.process_time() - begin, int(found.labels.ravel()[0])
     if label < 0:
         return Draw(values, DRAWN[4 if label == -1 else 5], 0.0, system.start(start), "", cost)

@@ -227,9 +227,9 @@ def _same(known: Any, motion: Equilibrium | LimitCycle) -> bool:
     """Whether an attractor is this motion; equilibria side by side are one."""
     if isinstance(motion, Equilibrium):
         return known.word == motion.word
-    return (
-        isinstance(known, LimitCycle) and np.isclose(known.time, motion.time, rtol=SAME) and known.holds(motion.points)
-    )
+    if not isinstance(known, LimitCycle) or abs(known.time - motion.time) > SAME * motion.time:
+        return False
+    return known.holds(motion.points)
 
 
 def resting(system: Strobe, point: Vector) -> Equilibrium | None:

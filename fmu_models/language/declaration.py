@@ -11,6 +11,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.language.contacts import Contact, Requirement
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
+from fmu_models.language.signals import PeriodicSignal
 
 Q = TypeVar("Q", bound=Quantity)
 
@@ -59,12 +60,22 @@ class Declaration(Shown, ABC):
     @property
     def inputs(self) -> tuple[Input, ...]:
         """The inputs used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Input)
+        return tuple(u for u in quantities_of_type(self.symbols, Input) if not isinstance(u, PeriodicSignal))
+
+    @property
+    def signals(self) -> tuple[PeriodicSignal, ...]:
+        """The periodic signals used, in the order of their declaration."""
+        return quantities_of_type(self.symbols, PeriodicSignal)
+
+    @property
+    def all_inputs(self) -> tuple[Input, ...]:
+        """The inputs, then the signals."""
+        return (*self.inputs, *self.signals)
 
     @property
     def all_requirements(self) -> tuple[Requirement, ...]:
         """What the parameters must satisfy together."""
-        return tuple(self.requirements)
+        return (*self.requirements, *(r for signal in self.signals for r in signal.requirements))
 
 
 class Body(Protocol):
@@ -90,6 +101,10 @@ class Body(Protocol):
     def parameters(self) -> tuple[Parameter, ...]: ...
     @property
     def inputs(self) -> tuple[Input, ...]: ...
+    @property
+    def signals(self) -> tuple[PeriodicSignal, ...]: ...
+    @property
+    def all_inputs(self) -> tuple[Input, ...]: ...
     @property
     def internal_states(self) -> tuple[InternalState, ...]: ...
     @property

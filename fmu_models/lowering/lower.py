@@ -32,8 +32,8 @@ def lower(model: Mechanism | Automaton | Map) -> HybridSystem:
     contacts: tuple[ContactDynamics, ...] = ()
     changes = {z: Acceleration._create(f"{z.name}_rate", per_second(z.unit), f"rate of {z.name}") for z, _ in held}
     rates = Rates(
-        TimeDerivative(coordinates, model.inputs, with_accelerations=False),
-        TimeDerivative(coordinates, model.inputs, with_accelerations=True, rates=changes),
+        TimeDerivative(coordinates, model.all_inputs, with_accelerations=False),
+        TimeDerivative(coordinates, model.all_inputs, with_accelerations=True, rates=changes),
     )
     for contact in model.contacts:
         contacts += contact.dynamics(rates, len(contacts))

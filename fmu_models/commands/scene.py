@@ -49,7 +49,7 @@ def scene(
     comparisons = compare(read, rows)
     savings = None
     if explain:
-        from fmu_models.validation.scene_savings.measure import measured
+        from fmu_models.validation.scene_savings import measured
 
         with console.progress("measuring") as advance:
             savings = measured(read, advance)

@@ -245,6 +245,39 @@ def settings(
     return values
 
 
+def pairs(texts: Sequence[str] | None, option: str, form: str, between: str = "=") -> list[tuple[str, str]]:
+    """Both sides of arguments ``NAME=SOMETHING``. StickslipError: not of that ``form``, in words with an example."""
+    parted = [text.partition(between) for text in texts or ()]
+    for name, sign, value in parted:
+        if not (name.strip() and sign and value.strip()):
+            raise StickslipError(f"{option} takes {form}; found '{name}{sign}{value}'.")
+    return [(name.strip(), value.strip()) for name, _, value in parted]
+
+
+def spans(texts: Sequence[str] | None, option: str) -> dict[str, tuple[float, float]]:
+    """Two ascending numbers by name, from arguments ``NAME=LOW:HIGH``; errors as for ``pairs``."""
+    ends = {}
+    for name, text in pairs(texts, option, "NAME=LOW:HIGH, such as y=0:10"):
+        try:
+            low, high = (float(end) for end in text.split(":"))
+        except ValueError:
+            low, high = 0.0, 0.0
+        if not low < high:
+            raise StickslipError(f"{option} takes NAME=LOW:HIGH with two ascending numbers; found '{name}={text}'.")
+        ends[name] = low, high
+    return ends
+
+
+def numbers(text: str, option: str) -> list[float]:
+    """Numbers between commas. StickslipError: others."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise StickslipError(
+            f"{option} takes numbers separated by commas, such as 0.2,0.41; found '{text}'."
+        ) from error
+
+
 def chosen(contacts: str | None) -> tuple[str, ...] | None:
     """Names from ``--contacts``; None for all."""
     if contacts is None:

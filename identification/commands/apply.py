@@ -94,17 +94,12 @@ def _check_kinds(source: Path | None, output: Path, kind: str) -> None:
 
 
 def _renamed(names: list[str] | None) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for text in names or ():
-        name, equals, target = (part.strip() for part in text.partition("="))
-        if not (name and equals and target):
-            raise StickslipError(
-                f"A name is given as NAME=ITS_NAME, for example mu_s0=contact.mu_static; found '{text}'."
-            )
-        if name in found:
+    renamed: dict[str, str] = {}
+    for name, target in console.pairs(names, "--name", "NAME=ITS_NAME, such as mu_s0=contact.mu_static"):
+        if name in renamed:
             raise StickslipError(f"'{name}' is named twice. Name it once.")
-        found[name] = target
-    return found
+        renamed[name] = target
+    return renamed
 
 
 @dataclass(frozen=True)

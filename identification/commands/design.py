@@ -8,7 +8,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.commands.bundles import bundled
-from identification.commands.experiments import OfCalibration, design_calibration, numbers
+from identification.commands.experiments import OfCalibration, design_calibration
 from identification.commands.fits import FitFile
 from identification.commands.machines import refuse
 
@@ -54,7 +54,7 @@ def design(
 
     fit = read_fit(fitted)
     given = {"speeds": speeds, "loads": loads}
-    asked = {name: None if text is None else numbers(text, f"--{name}") for name, text in given.items()}
+    asked = {name: None if text is None else console.numbers(text, f"--{name}") for name, text in given.items()}
     with console.progress("simulating candidates") as advance:
         found = designed(fit, **asked, duration=duration, logs=1 if logs is None else logs, progress=advance)
     console.say(json, found.to_dict(), lambda out: _print_design(found, out))

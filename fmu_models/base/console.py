@@ -20,12 +20,11 @@ from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import FULL
 from fmu_models.base.pace import Pace, spoken
 from fmu_models.base.printable import in_line, printable, printable_json
-from fmu_models.base.table import Cell
-from fmu_models.base.table import table as made_table
+from fmu_models.base.table import table as table
 from fmu_models.base.trust import command_line, everything
 
 if TYPE_CHECKING:
-    from rich.console import Console, ConsoleOptions, RenderResult
+    from rich.console import Console
     from rich.text import Text
 
 # work shorter than this passes without a progress bar, s
@@ -114,21 +113,6 @@ def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None])
         print(printable_json(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)))
     else:
         show(console())
-
-
-class table:
-    """Rows given one by one, shown as a `fmu_models.base.table.Table`; columns named with a leading '>' are numbers."""
-
-    def __init__(self, *columns: str, title: str | None = None) -> None:
-        self.columns, self.title, self.rows = columns, title or "", []
-
-    def add_row(self, *cells: str | Text) -> None:
-        """A row of as many cells as there are columns."""
-        pairs = zip(self.columns, cells, strict=True)
-        self.rows.append([Cell(str(cell), "number" if name.startswith(">") else "text") for name, cell in pairs])
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        yield made_table(self.title, [name.lstrip(">") for name in self.columns], self.rows)
 
 
 def plain(text: str, style: str = "") -> Text:

@@ -180,10 +180,13 @@ def _notes(source: Path | None, kind: str) -> list[str]:
 
 
 def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: console.Console) -> None:
-    table = console.table("parameter", ">value", ">sd", "unit", "meaning", title=str(output))
-    for value in values:
-        numbers = (like_sd(value.value, value.deviation), value.words + deviation(value.deviation))
-        table.add_row(value.target, *numbers, value.unit, value.description)
-    out.print(table)
+    rows = [
+        [
+            *(value.target, like_sd(value.value, value.deviation), value.words + deviation(value.deviation)),
+            *(value.unit, value.description),
+        ]
+        for value in values
+    ]
+    out.print(console.table(str(output), ("parameter", ">value", ">sd", "unit", "meaning"), rows))
     for note in notes:
         out.print(console.plain(note))

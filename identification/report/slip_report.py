@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fmu_models.base.console import plain, table
+from fmu_models.base.console import plain
 from fmu_models.base.digits import deviation
+from fmu_models.base.table import table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,28 +26,21 @@ def slip_report(statistics: SlipStatistics, model: SlipModel | None, missing: st
     """Statistics of slip events, and the model beside them, or why there is none."""
     from rich.console import Group
 
-    shown = table(
-        "",
-        ">value",
-        ">95 %",
-        ">sd of one",
-        "unit",
-        title=f"{statistics.events} slip events ({statistics.definition}) of {statistics.log}",
-    )
-    for name, prediction, unit in (
+    statistic_rows = (
         ("peak friction, median", statistics.peak, "1"),
         ("after slip, median", statistics.after, "1"),
         ("drop, median", statistics.drop, "1"),
         ("period, mean", statistics.period, "s"),
         ("slip time, median", statistics.slip_time, "s"),
-    ):
-        shown.add_row(
-            name,
-            f"{prediction.value:.4g}",
-            f"{prediction.low:.4g} .. {prediction.high:.4g}",
-            f"{deviation(prediction.spread)}",
-            unit,
-        )
+    )
+    shown = table(
+        f"{statistics.events} slip events ({statistics.definition}) of {statistics.log}",
+        ("", ">value", ">95 %", ">sd of one", "unit"),
+        [
+            [name, f"{one.value:.4g}", f"{one.low:.4g} .. {one.high:.4g}", deviation(one.spread), unit]
+            for name, one, unit in statistic_rows
+        ],
+    )
     parts: list[RenderableType] = [plain(statistics.title, "bold"), plain(f"{statistics.source}\n"), shown]
     parts.append(
         plain(
@@ -55,13 +49,14 @@ def slip_report(statistics: SlipStatistics, model: SlipModel | None, missing: st
         )
     )
     if model:
-        compared = table("", ">measured", ">model", ">ratio", "", title="Block on a belt with the slider's constants")
+        rows = []
         for prediction in model.predictions:
             mark = "fitted" if prediction.fitted else "in the 95 % interval" if prediction.inside else "outside"
             row = (f"{prediction.measured:.4g}", f"{prediction.modelled:.4g}", f"{prediction.ratio:.3f}", mark)
-            compared.add_row(f"{prediction.name}{'' if prediction.unit == '1' else f', {prediction.unit}'}", *row)
+            rows.append([f"{prediction.name}{'' if prediction.unit == '1' else f', {prediction.unit}'}", *row])
+        title, columns = "Block on a belt with the slider's constants", ("", ">measured", ">model", ">ratio", "")
         values = f"mu_s = {model.mu_s:.4g}, mu_k = {model.mu_k:.4g}, p = {model.p:.3g} s/m assumed"
-        parts += [compared, plain(f"{values}. {model.verdict}")]
+        parts += [table(title, columns, rows), plain(f"{values}. {model.verdict}")]
     parts += [plain(f"No model beside it. {missing}")] if missing else []
     parts += [plain(f"- {verdict}") for verdict in statistics.verdicts]
     return Group(*parts)

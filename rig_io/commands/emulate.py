@@ -182,9 +182,12 @@ def _emulate(folder: Path, settings: list[Emulation], material: str, seed: int, 
 
 def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: console.Console) -> None:
     out.print(f"[bold]{folder}[/bold]: {len(settings)} emulated logs, {material}, seed {seed}")
-    table = console.table("log", ">duration, s", ">drive speeds, rad/s")
-    for emulation in settings:
-        speeds = ", ".join(f"{disc.drive_speed:g}" for disc in emulation.discs) or "free decay"
-        table.add_row(f"{emulation.name}.csv", f"{emulation.duration:g}", speeds)
-    out.print(table)
+    rows = [
+        [
+            *(f"{emulation.name}.csv", f"{emulation.duration:g}"),
+            ", ".join(f"{disc.drive_speed:g}" for disc in emulation.discs) or "free decay",
+        ]
+        for emulation in settings
+    ]
+    out.print(console.table("", ("log", ">duration, s", ">drive speeds, rad/s"), rows))
     out.print(f"Fit them:  stickslip fit {folder}")

@@ -96,6 +96,7 @@ class Analysis:
         axes: VALUES of one parameter, its RANGE, two PARAMETERS, values of one STATE or of several STATES, or "".
         subject: a SECTION system, an OSCILLATOR with values of its ``parameters``, or EITHER.
         without: options of a section that the analysis does not take.
+        forced: It needs the period of a forcing.
         page: whether a click in its interactive page runs a motion.
         of_run: settings of a scene's run of so many periods; then the section is a strobe.
     """
@@ -108,6 +109,7 @@ class Analysis:
     axes: str = ""
     subject: str = SECTION
     without: tuple[str, ...] = ()
+    forced: bool = False
     page: bool = True
     of_run: Callable[[int], dict[str, int]] | None = None
 

@@ -22,7 +22,7 @@ import scipy.linalg
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.declaration import NO_NUMBERS, Analysis, Numbers, Option
 from fmu_models.analyses.labels import FAILED, Labeller, watched
-from fmu_models.analyses.unforced import LONGEST, MOST, Equilibrium, LimitCycle, rates, section_through
+from fmu_models.analyses.unforced import LONGEST, MOST, SPAN, Equilibrium, LimitCycle, rates, section_through
 from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
@@ -312,7 +312,7 @@ class Border:
         """Cycles of what nothing forces near the border, at a section of their own."""
         if len(self.path) < STRETCH:
             return
-        section, start, reach = section_through(system, *self._stretch(system))
+        section, start, reach = section_through(system, *self._stretch(system), SPAN * float(system.periods({}, 1)[0]))
         if section is None:
             return
         guess = [start]

@@ -82,10 +82,10 @@ def scene(
 
 
 def _list(as_json: bool) -> None:
+    from fmu_models.base.shipped import scenes
     from fmu_models.base.toml_document import read_document
-    from fmu_models.scene.read import files
 
-    documents = {file.stem: read_document(file) for file in files()}
+    documents = {file.stem: read_document(file) for file in scenes()}
     rows = [{"name": name, **{k: d.text(k) for k in ("title", "model", "source")}} for name, d in documents.items()]
 
     def show(out: console.Console) -> None:

@@ -49,7 +49,8 @@ def evaluated(expression: sympy.Basic, values: Values) -> float:
 def at_start(body: Body) -> Values:
     """Start values of all quantities that the energies of a body may use, at rest."""
     values: Values = {TIME: 0.0}
-    values |= {q: q.value for q in (*body.parameters, *body.inputs)} | {u.rate: u.rate.value for u in body.inputs}
+    values |= {q: q.value for q in (*body.parameters, *body.all_inputs)}
+    values |= {u.rate: u.rate.value for u in body.all_inputs}
     for q in body.coordinates:
         values |= {q: q.start, q.v: q.v.start}
     return values

@@ -39,6 +39,7 @@ class Names:
         parameters, states: units of all.
         contacts: names.
         forced: whether time forces the model.
+        of_map: whether it is a map, every step of which is a section.
         stranger: the error for a name that is none: kind of it, name, known ones, place.
     """
 
@@ -47,6 +48,7 @@ class Names:
     states: Mapping[str, str]
     contacts: tuple[str, ...]
     forced: bool
+    of_map: bool
     stranger: Callable[..., StickslipError]
 
 
@@ -61,6 +63,10 @@ def checked_compute(doc: Document, names: Names) -> Compute:
         kind = KINDS.load(name, doc.path.parent)
     except StickslipError as error:
         raise doc.fault(str(error), "compute", "kind") from error
+    if names.of_map and not kind.of_maps:
+        fit = ", ".join(n for n in KINDS.members() if KINDS.load(n).of_maps)
+        path = ("compute", "kind") if "kind" in doc.table("compute") else ("model",)
+        raise doc.fault(f"a {name} is of a motion in time, which a map has none of. Choose a kind: {fit}.", *path)
     doc.check_keys((*KEYS, *kind.settings, *(("axes",) if kind.axes else ())), "compute")
     table = doc.table("compute")
     over = _over(doc, names, table)
@@ -154,14 +160,18 @@ def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[
     period = doc.value(table["period"], "s", "compute", "period") if "period" in table else None
     if period is not None and period <= 0.0:
         raise doc.fault(f"the period must be positive, found {period:g} s.", "compute", "period")
+    if names.of_map and (forcing or period):
+        key = "forcing" if forcing else "period"
+        raise doc.fault("of a map every step is looked at: leave the period out.", "compute", key)
     level = _by_state(doc, names, "level")
     if len(level) > 1 or (level and impacts):
         raise doc.fault("a section is a level of one state, or where a contact begins: name one of them.", "compute")
     elsewhere = bool(level or impacts)
-    if elsewhere and not kind.anywhere:
-        raise doc.fault(f"a {name} is of a motion seen once per period; leave 'level' and 'impacts' out.", "compute")
+    if elsewhere and (names.of_map or not kind.anywhere):
+        once = "step" if names.of_map else "period"
+        raise doc.fault(f"a {name} is of a motion seen once per {once}; leave 'level' and 'impacts' out.", "compute")
     timed = (period is None) != (forcing is None)
-    free = elsewhere or (kind.anywhere and not names.forced)
+    free = elsewhere or names.of_map or (kind.unforced and not names.forced)
     if kind.periodic and not timed and not (free and period is None):
         others = ", or a section: 'level' or 'impacts'" if kind.anywhere else ""
         raise doc.fault(

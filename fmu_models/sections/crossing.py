@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu_models.base.arrays import Flags
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.oscillator import ON_LEVEL, FmuSection
@@ -27,6 +28,10 @@ class Crossing(FmuSection):
         super().__init__(fmu, **others)
         Section(state, level, direction).check(fmu)
         self.state, self.level, self.direction = state, float(level), direction
+
+    @property
+    def free(self) -> Flags:
+        return super().free & (np.array(self.states) != self.state)
 
     def placed(self, starts: Vector) -> Vector:
         column = self.states.index(self.state)

@@ -156,7 +156,7 @@ def _through(system: SectionSystem, cycles: Vector, step: Step, sound: Flags) ->
         monodromy = derivatives[:, i] @ monodromy
     miss = system.difference(step.points.reshape(cycles.shape)[sound] - np.roll(points, -1, axis=1))
     # a number of a point that the others determine has an eigenvalue 0 of its own
-    eigenvalues = eigenvalues_of(monodromy)[:, : system.dimension]
+    eigenvalues = eigenvalues_of(monodromy)[:, : system.dimension - len(system.drifting)]
     times, began = step.times.reshape(m, period), step.began.reshape(m, period, step.began.shape[1])
     sums = times[sound].sum(axis=1), began[sound].sum(axis=1)
     return Cycles(points, eigenvalues, *sums, np.abs(miss).max(axis=(1, 2)))

@@ -75,6 +75,11 @@ class MapProblem(Problem):
             x = self.map.at(**self.values(z)).step(x, derivative=False).points
         return np.append(x[0], z[n:])
 
+    def beside(self, z: Vector, other: Vector) -> Vector:
+        n, turns = len(self.states), self.map.turns
+        laps = np.where(np.isfinite(turns), np.rint((other - z)[:n] / turns), 0.0)
+        return np.append(z[:n] + np.where(laps, laps * turns, 0.0), z[n:])
+
     def told(self) -> dict[str, Any]:
         return {"period": self.period}
 

@@ -9,7 +9,7 @@ import pytest
 import sympy
 
 from fmu_models import Automaton, Fmu, Iteration, Parameter, State, Strobe, Switch, basins, orbit_diagram
-from fmu_models.analyses.aperiodic import CHAOS, NOT_DECIDED, TORUS, judged, sign_of
+from fmu_models.analyses.aperiodic import CHAOS, NOT_DECIDED, STRANGE, TORUS, judged, sign_of
 from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.clouds import Cloud
@@ -45,6 +45,17 @@ def gopy() -> Map:
     )  # fmt: skip
 
 
+def driven_logistic() -> Map:
+    """Heagy, Hammel 1994: x -> r (1 + e cos 2 pi t) x (1 - x): a smooth curve over t where r is small."""
+    r, w = Parameter("r", 2.5, "1", "growth"), Parameter("w", GOLDEN, "1", "turns in a step")
+    x, t = State("x", "1", "x", start=0.5), State("t", "1", "phase", start=0.1)
+    return Map(
+        name="driven_logistic", title="driven", source="Heagy 1994", states=[x, t],
+        rule={x: r * (1 + sympy.cos(2 * sympy.pi * t) / 10) * x * (1 - x), t: t + w},
+        box={x: (0.0, 1.0), t: (0.0, 1.0)}, modulus={t: sympy.Integer(1)},
+    )  # fmt: skip
+
+
 def kinds(found: Basins) -> list[str]:
     return [one.word if isinstance(one, Cloud) else str(one.period) for one in found.attractors]
 
@@ -57,11 +68,22 @@ def kinds(found: Basins) -> list[str]:
         (Iteration.of(LOGISTIC, {"r": 4.0}), CHAOS, math.log(2.0)),
         (Iteration.of(delayed_logistic()), TORUS, 0.0),
         (Iteration.of(delayed_logistic(), {"a": 2.27}), CHAOS, None),
-        (Iteration.of(gopy()), NOT_DECIDED, 0.0),
+        (Iteration.of(gopy()), STRANGE, None),
+        (Iteration.of(driven_logistic()), TORUS, None),
+        (Iteration.of(driven_logistic(), {"r": 3.6}), CHAOS, None),
         # where flips accumulate
         (Iteration.of(LOGISTIC, {"r": 3.569945672}), NOT_DECIDED, 0.0),
     ],
-    ids=["henon", "logistic", "delayed torus", "delayed chaos", "strange without chaos", "feigenbaum"],
+    ids=[
+        "henon",
+        "logistic",
+        "delayed torus",
+        "delayed chaos",
+        "strange without chaos",
+        "driven torus",
+        "driven chaos",
+        "feigenbaum",
+    ],
 )
 def test_kinds_of_maps(system, kind, exponent):
     point = iterate(system, system.start({"x": 0.3}), 3000)[-1]

@@ -99,7 +99,7 @@ def _solved(
     unsolved = np.setdiff1d(np.flatnonzero(rows.periods[indices] == 0), numbers[theirs])
     if unsolved.size:
         values = {name: v[indices[unsolved]] for name, v in varied.items()}
-        solved, guessed = solved_cycles(system, guesses[unsolved], values)
+        solved, guessed = solved_cycles(system, guesses[unsolved], values, within=1.0)
         cycles, numbers = cycles_at(system, solved, {name: v[guessed] for name, v in values.items()})
         repeated = unsolved[guessed[numbers]]
         theirs = _theirs(system, cycles, guesses[repeated])

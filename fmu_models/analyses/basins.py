@@ -13,6 +13,7 @@ from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.clouds import ChaoticTransient
 from fmu_models.analyses.declaration import STATES, Analysis, Option
 from fmu_models.analyses.labels import COARSE, Attractor, Labeller, watched
+from fmu_models.analyses.uncertainty import uncertainty_exponent
 from fmu_models.analyses.unforced import LONGEST, MOST, mirror_images
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError
@@ -48,7 +49,11 @@ class Basins(Pictured):
     COLUMNS: ClassVar = ("{axes}=axes", "attractor=labels", "steps")
     RECORD: ClassVar = (
         *("model", "axes", "labels", "attractors", "shares", "undecided", "boundary", "entropy"),
+<<<<<<< HEAD
         *("failures=refused", "mirrored", "transients", "how"),
+=======
+        *("integrity", "uncertainty", "failures=refused", "mirrored", "how"),
+>>>>>>> main
     )
 
     model: str
@@ -100,6 +105,21 @@ class Basins(Pictured):
         """``failures`` in words."""
         return [f"{index}: {why}" for index, why in self.failures.items()]
 
+    @property
+    def integrity(self) -> Vector:
+        """(attractors,) half the width of the largest ball that lies in one basin and in the grid, where each axis is 1
+        long: the integrity factor of Rega and Lenci (2005), to half the diagonal of a cell."""
+        from scipy.ndimage import distance_transform_edt
+
+        cell = [1.0 / max(1, size - 1) for size in self.labels.shape]
+        inside = (np.pad(self.labels == i, 1) for i in range(len(self.attractors)))
+        return np.array([np.max(distance_transform_edt(basin, sampling=cell)) for basin in inside])  # type: ignore[arg-type]
+
+    @property
+    def uncertainty(self) -> tuple[float, float]:
+        """The uncertainty exponent of the borders with its standard error; see ``uncertainty``."""
+        return uncertainty_exponent(self.labels)
+
     def to_xarray(self) -> "xarray.Dataset":
         """The grid with its axes."""
         import xarray
@@ -123,8 +143,14 @@ class Basins(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         shares = {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary}
+<<<<<<< HEAD
         transients = [transient.word for transient in self.transients] or None
         return {"attractors": self.words, "transients": transients, **shares, "how": self.how or None}
+=======
+        exponent, error = self.uncertainty
+        told = {"uncertainty exponent": f"{exponent:.3f} +- {error:.3f}"} if np.isfinite(exponent) else {}
+        return {"attractors": self.words, **shares, "integrity": self.integrity, **told, "how": self.how or None}
+>>>>>>> main
 
 
 def grid_of(

@@ -131,8 +131,11 @@ class Labeller:
         return Labels(labels, steps, messages)
 
     def word(self, label: int) -> str:
-        """What a label stands for."""
-        return self.attractors[label].word if label >= 0 else UNLABELLED[label]
+        """What a label stands for; numbered where several attractors are the same in words."""
+        if label < 0:
+            return UNLABELLED[label]
+        words = [attractor.word for attractor in self.attractors]
+        return f"{words[label]} ({label + 1})" if words.count(words[label]) > 1 else words[label]
 
     def _known(self) -> tuple[list[PeriodicMotion], Targets | None]:
         """The motions that are known by their points at the section, and where they surely attract."""

@@ -213,11 +213,15 @@ def find_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = 
     return solved_cycles(system, guesses, varied)[0]
 
 
-def solved_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = None) -> tuple[Vector, Integers]:
+def solved_cycles(
+    system: SectionSystem, guesses: Vector, varied: Varied | None = None, *, within: float = np.inf
+) -> tuple[Vector, Integers]:
     """Cycles (k, period, n) from guesses (m, period, n), and the numbers (k,) of the guesses that they come from.
 
     Args:
         varied: values (m,) of parameters by name, one per guess.
+        within: in sizes of the states; a search that leads farther from its guess ends, before a step from there, which
+            may take long.
     """
     m, period, n = guesses.shape
     names, width = list(varied or {}), period * n
@@ -226,6 +230,8 @@ def solved_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None 
 
     def equations(flat: Vector) -> tuple[Vector, Vector]:
         points, fixed_columns = flat[:, :width].reshape(-1, period, n), flat[:, width:]
+        moved = np.abs(system.difference(points - guesses[fixed_columns[:, -1].astype(int)]) / system.sizes())
+        points = np.where(moved.max(axis=(1, 2), keepdims=True) <= within, points, np.nan)
         values = {name: np.repeat(fixed_columns[:, i], period) for i, name in enumerate(names)}
         step = system.step(points.reshape(-1, n), values)
         miss = system.difference(step.points.reshape(points.shape) - np.roll(points, -1, axis=1))

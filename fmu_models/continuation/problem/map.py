@@ -77,8 +77,8 @@ class MapProblem(Problem):
 
     def beside(self, z: Vector, other: Vector) -> Vector:
         n, turns = len(self.states), self.map.turns
-        laps = np.where(np.isfinite(turns), np.rint((other - z)[:n] / turns), 0.0)
-        return np.append(z[:n] + np.where(laps, laps * turns, 0.0), z[n:])
+        laps = np.rint((other - z)[:n] / turns)
+        return np.append(z[:n] + laps * np.where(np.isfinite(turns), turns, 0.0), z[n:])
 
     def told(self) -> dict[str, Any]:
         return {"period": self.period}

@@ -49,11 +49,7 @@ class Basins(Pictured):
     COLUMNS: ClassVar = ("{axes}=axes", "attractor=labels", "steps")
     RECORD: ClassVar = (
         *("model", "axes", "labels", "attractors", "shares", "undecided", "boundary", "entropy"),
-<<<<<<< HEAD
-        *("failures=refused", "mirrored", "transients", "how"),
-=======
-        *("integrity", "uncertainty", "failures=refused", "mirrored", "how"),
->>>>>>> main
+        *("integrity", "uncertainty", "failures=refused", "mirrored", "transients", "how"),
     )
 
     model: str
@@ -143,14 +139,12 @@ class Basins(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         shares = {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary}
-<<<<<<< HEAD
-        transients = [transient.word for transient in self.transients] or None
-        return {"attractors": self.words, "transients": transients, **shares, "how": self.how or None}
-=======
+        transients = [transient.word for transient in self.transients]
         exponent, error = self.uncertainty
-        told = {"uncertainty exponent": f"{exponent:.3f} +- {error:.3f}"} if np.isfinite(exponent) else {}
+        told: dict[str, Any] = {"transients": transients} if transients else {}
+        if np.isfinite(exponent):
+            told["uncertainty exponent"] = f"{exponent:.3f} +- {error:.3f}"
         return {"attractors": self.words, **shares, "integrity": self.integrity, **told, "how": self.how or None}
->>>>>>> main
 
 
 def grid_of(

@@ -157,7 +157,7 @@ def tipping_rates(
                 f"That start of {system.name} comes to no attractor at {over} = {first:g}: it is {before.word(home)}."
             )
         attractor = before.attractors[home]
-        point = _phase(system.at(**{over: first}), attractor, begin)
+        point = _phase(attractor, begin)
         moved = _Moved(system, over, (first, last), point, after)
         labels = []
         for k, rate in enumerate(tried.tolist()):
@@ -170,13 +170,10 @@ def tipping_rates(
     return TippingRates(*names, tried, np.array(labels), words, tips, failures, units, system.how)
 
 
-def _phase(system: Strobe, attractor: Attractor, start: Vector) -> Vector:
+def _phase(attractor: Attractor, start: Vector) -> Vector:
     """(n,) where the motion is on its attractor when the input begins to move."""
-    if isinstance(attractor, LimitCycle):
-        motion = system.trajectory(start, np.array([0.0, attractor.time]))
-        moved = [float(np.ptp(motion[name])) for name in system.fmu.states]
-        if (np.array(moved) <= SAME * system.sizes()[: len(moved)]).all():
-            return start
+    if isinstance(attractor, LimitCycle) and attractor.farthest(start, 1) <= SAME:
+        return start
     return attractor.points[0] if isinstance(attractor, PeriodicMotion) else start
 
 

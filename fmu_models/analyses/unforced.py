@@ -39,6 +39,7 @@ MOST, LONGEST, SETTLED = 3000, 64, 1e-10  # steps of a transient, period looked 
 SPAN, SAMPLES, LONGER = 1024, 4097, 5
 FEW = 8  # starts that are followed until they repeat a cycle
 PATIENT = 4.0  # spans in which a motion comes back to its section
+OFTEN = 64  # times in a period
 SAME = 1e-6  # of the size of a state: two equilibria, or a step and its mirror image, that are nearer are one
 
 
@@ -98,6 +99,13 @@ class LimitCycle(PeriodicMotion):
         """Where it surely attracts."""
         return targets_of(self.section, [self], self.reach)
 
+    def farthest(self, point: Vector, times: int) -> float:
+        """How far from a point (n,) its motion is within a period, in sizes, at so many times up to the whole of it."""
+        states = self.section.fmu.states
+        motion = self.section.trajectory(point, np.linspace(0.0, self.time, times + 1))
+        moved = np.stack([motion[name][1:] - motion[name][0] for name in states], axis=1)
+        return float(np.abs(moved / self.section.sizes()[: len(states)]).max())
+
     def holds(self, points: Vector) -> bool:
         """Whether points (k, n) of an attractor are its own."""
         return bool(self.absorbs(points[:1], 1, longest=LONGEST, settled=SETTLED).all())
@@ -135,7 +143,9 @@ def limit_cycle(system: Strobe, point: Vector, **search: Any) -> LimitCycle | No
         rows = section.make(Jobs(start[None], rows=2 * search["longest"], **search), workers=1)
         if rows.filled[0] > 0:
             (motion,) = claimed(section, rows, longest=search["longest"]).motions
-            return None if motion is None else LimitCycle(**vars(motion), section=section, reach=reach)
+            cycle = None if motion is None else LimitCycle(**vars(motion), section=section, reach=reach)
+            # what goes nowhere in its period is the rounding of an equilibrium
+            return None if cycle is None or cycle.farthest(cycle.points[0], OFTEN) <= SAME else cycle
     return None
 
 

@@ -261,3 +261,10 @@ def test_what_time_forces_wants_its_period():
     for name in ("bouncing_ball", "discontinuous_support", "fermi_accelerator"):
         with pytest.raises(StickslipError, match="needs a period"):
             basins(name, execution=ALONE, x=[0.1])
+
+
+def test_what_creeps_into_an_equilibrium_is_no_cycle_of_rounding():
+    """Steady sliding, damped weakly: the motion ends so near to it that rounding alone crosses levels."""
+    sliding = Strobe(load("block_on_belt")).at(v_belt=0.562)
+    found = basins(sliding, execution=ALONE, x=[0.037455421355022556], v=[0.0002676545551126123])
+    assert {attractor.word for attractor in found.attractors} <= {"equilibrium"}

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.shares import basin_shares as basin_shares
     from fmu_models.analyses.shock import least_shock as least_shock
     from fmu_models.analyses.spectrum import spectrum as spectrum
+    from fmu_models.analyses.tipping import tipping_rates as tipping_rates
     from fmu_models.base.errors import StickslipError as StickslipError
     from fmu_models.codegen.package import export as export
     from fmu_models.codegen.package import variant as variant
@@ -89,6 +90,7 @@ if TYPE_CHECKING:
     from fmu_models.language.quantities import Parameter as Parameter
     from fmu_models.language.quantities import State as State
     from fmu_models.language.rolling import RollingResistance as RollingResistance
+    from fmu_models.language.signals import PeriodicSignal as PeriodicSignal
     from fmu_models.language.smoothing import Smoothed as Smoothed
     from fmu_models.language.stops import Stop as Stop
     from fmu_models.language.two_stage_stop import TwoStageStop as TwoStageStop
@@ -96,9 +98,9 @@ if TYPE_CHECKING:
     from fmu_models.scene.read import read_scene as read_scene
     from fmu_models.scene.scene import Scene as Scene
     from fmu_models.sections.crossing import Crossing as Crossing
+    from fmu_models.sections.crossing import Impacts as Impacts
     from fmu_models.sections.cycles import last_cycle as last_cycle
     from fmu_models.sections.diagonal import find_crossings as find_crossings
-    from fmu_models.sections.impacts import Impacts as Impacts
     from fmu_models.sections.iteration import Iteration as Iteration
     from fmu_models.sections.iteration import find_iterate_crossings as find_iterate_crossings
     from fmu_models.sections.orbits import Orbit as Orbit

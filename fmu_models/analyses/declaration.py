@@ -26,9 +26,10 @@ SECTION, OSCILLATOR, EITHER = "section", "oscillator", "either"  # what an analy
 
 Range = tuple[str, float, float]  # a parameter, its least and its largest value
 Numbers = Mapping[str, float]  # of states by name
-Box = Mapping[str, tuple[float, float]]  # ranges of states by name
+Box = Mapping[str, tuple[float, float]]  # ranges of states by name, or what an input moves between
 NO_NUMBERS: Numbers = MappingProxyType({})  # their defaults, which are told apart
 NO_BOX: Box = MappingProxyType({})
+NO_RAMP: Box = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,7 @@ class Analysis:
         axes: VALUES of one parameter, its RANGE, two PARAMETERS, values of one STATE or of several STATES, or "".
         subject: a SECTION system, an OSCILLATOR with values of its ``parameters``, or EITHER.
         without: options of a section that the analysis does not take.
+        forced: It needs the period of a forcing.
         page: whether a click in its interactive page runs a motion.
         of_run: settings of a scene's run of so many periods; then the section is a strobe.
     """
@@ -108,6 +110,7 @@ class Analysis:
     axes: str = ""
     subject: str = SECTION
     without: tuple[str, ...] = ()
+    forced: bool = False
     page: bool = True
     of_run: Callable[[int], dict[str, int]] | None = None
 

@@ -224,5 +224,6 @@ ANALYSIS = Analysis(
     label="settling",
     without=("every", "autonomous", "level", "down", "impacts", "stepper"),
     page=False,
+    forced=True,
     of_run=lambda count: {"transient": count},
 )

@@ -9,6 +9,7 @@ from pathlib import Path
 ROOM = Path(__file__).parents[2]
 NAME = "data"  # how commands and messages call the folder, wherever it is
 LOGS = "rigs"  # a folder for each set of logs; the other parts hold single files
+SCENES, LITERATURE = "scenes", "systems_of_the_literature"  # the latter with the models of its scenes
 
 
 def folder(subfolder: str = "") -> Path:
@@ -30,7 +31,12 @@ def files(subfolder: str, suffix: str = ".toml") -> list[Path]:
 
 def is_scene(model: str) -> bool:
     """Whether what stands for a model is the path of a scene, or the name of one that comes along."""
-    return model.endswith(".toml") or model in {path.stem for path in files("scenes")}
+    return model.endswith(".toml") or model in {path.stem for path in scenes()}
+
+
+def scenes() -> list[Path]:
+    """All scenes."""
+    return [*files(SCENES), *files(LITERATURE)]
 
 
 def items() -> dict[str, Path]:
@@ -38,8 +44,8 @@ def items() -> dict[str, Path]:
     paths = {f"{LOGS}/{path.name}": path for path in sorted(folder(LOGS).iterdir()) if path.is_dir()}
     for subfolder in ("recipes", "scenes", "systems"):
         paths |= {f"{subfolder}/{path.stem}": path for path in files(subfolder)}
-    for suffix in (".csv", ".py"):
-        paths |= {f"machines/{path.name}": path for path in files("machines", suffix)}
+    for subfolder, suffixes in (("machines", (".csv", ".py")), (LITERATURE, (".py", ".toml"))):
+        paths |= {f"{subfolder}/{path.name}": path for suffix in suffixes for path in files(subfolder, suffix)}
     return paths | {"README.md": folder() / "README.md"}
 
 

@@ -35,16 +35,11 @@ def sources(system: HybridSystem) -> dict[str, str]:
     Raises:
         StickslipError: an expression of the model cannot be turned into Taylor recurrences.
     """
-    return dict(_sources(system)[0])
-
-
-def instantiation_token(system: HybridSystem) -> str:
-    """Identifies model and variables: FMI 2 guid, FMI 3 instantiationToken; the MODEL_TOKEN of ``model_sizes.h``."""
-    return _sources(system)[1]
+    return dict(_sources(system))
 
 
 @lru_cache(maxsize=8)
-def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
+def _sources(system: HybridSystem) -> dict[str, str]:
     names = _Names(system)
     functions, variations, discs = _functions(system, names)
     guards = [
@@ -54,7 +49,7 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
         _kinetic_energy(system),
     ]
     # the constants in d are collected while the other functions are made
-    arithmetic = [*functions, _reset(system, names), *_coefficients(system, names)]
+    arithmetic = [*functions, _reset(system, names), *_coefficients(system, names), _signals(system, names)]
     arithmetic.insert(0, _prepare(names))
     head = head_of(system) + legend(system)
     model = "\n".join(
@@ -70,12 +65,12 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     variation = "\n".join([head + "/* included by tangents/variation.c */\n", *variations])
     disc = "\n".join([head + "/* included by step/reach.c */\n", *discs])
     sizes = sizes_of(system, len(names.constants.derived), names.slots, reach=bool(discs))
-    quantities = (*system.parameters, *system.inputs, *system.states, *system.outputs)
+    quantities = (*system.parameters, *system.all_inputs, *system.states, *system.outputs)
     variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in quantities)
+    # identifies model and variables: guid of FMI 2, instantiationToken of FMI 3
     token = f"{{{uuid.uuid5(_NAMESPACE, model + kind + sizes + variables)}}}"
-    sizes = sizes.replace("@TOKEN@", token)
     texts = {"model.c": model, "model_kind.c": kind, "model_variation.c": variation, "model_discs.c": disc}
-    return texts | {"model_sizes.h": sizes}, token
+    return texts | {"model_sizes.h": sizes.replace("@TOKEN@", token)}
 
 
 class _Names:
@@ -83,9 +78,9 @@ class _Names:
 
     def __init__(self, system: HybridSystem) -> None:
         self.parameters: dict[sympy.Basic, str] = {q: f"p[{i}]" for i, q in enumerate(system.parameters)}
-        self.inputs: dict[sympy.Basic, str] = {q: f"j->u[{i}]" for i, q in enumerate(system.inputs)}
+        self.inputs: dict[sympy.Basic, str] = {q: f"j->u[{i}]" for i, q in enumerate(system.all_inputs)}
         self.states: dict[sympy.Basic, str] = {q: f"j->x[{i}]" for i, q in enumerate(system.states)}
-        rates: dict[sympy.Basic, str] = {q.rate: f"j->du[{i}]" for i, q in enumerate(system.inputs)}
+        rates: dict[sympy.Basic, str] = {q.rate: f"j->du[{i}]" for i, q in enumerate(system.all_inputs)}
         self.free = {TIME: "j->t", **self.inputs, **rates, **self.states}
         self.first = {**self.parameters, **{q: f"{name}[0]" for q, name in self.free.items()}}
         self.accelerations: dict[sympy.Basic, str] = {a: f"j->a[{i}]" for i, a in enumerate(system.rate_symbols)}
@@ -299,9 +294,9 @@ def _lever(system: HybridSystem, names: _Names) -> str:
 def _kinetic_energy(system: HybridSystem) -> str:
     """The part of the kinetic energy that impulses change, at one point."""
     values: dict[Any, str] = {TIME: "at->time"}
-    rows = {"p": system.parameters, "u": system.inputs, "x": system.states}
+    rows = {"p": system.parameters, "u": system.all_inputs, "x": system.states}
     values |= {q: f"at->{letter}[{i}]" for letter, quantities in rows.items() for i, q in enumerate(quantities)}
-    values |= {q.rate: f"at->du[{i}]" for i, q in enumerate(system.inputs)}
+    values |= {q.rate: f"at->du[{i}]" for i, q in enumerate(system.all_inputs)}
     shared, (energy,) = sympy.cse([system.kinetic_energy], symbols=sympy.numbered_symbols("part", cls=sympy.Dummy))
     values |= {symbol: f"part{i}" for i, (symbol, _) in enumerate(shared)}
     lines = [f"    const double {values[symbol]} = {c_expression(value, values)};\n" for symbol, value in shared]
@@ -358,3 +353,15 @@ def _coefficients(system: HybridSystem, names: _Names) -> list[str]:
         )
         for kind, values in kinds.items()
     ]
+
+
+def _signals(system: HybridSystem, names: _Names) -> str:
+    """The knots of the periodic signals, and how many there are."""
+    cases = []
+    for i, signal in enumerate(system.signals):
+        values = {"period": signal.period, "start": signal.start}
+        for n, (place, value) in enumerate(signal.knots):
+            values |= {f"place[{n}]": place, f"value[{n}]": value}
+        lines = [f"        s->{name} = {names.constants.text(value)};\n" for name, value in values.items()]
+        cases.append(f"    case {i}:\n{''.join(lines)}        return {len(signal.knots)};\n")
+    return by_case("int model_signal(const Real *p, const Real *d, int c, Signal *s)", cases, "return 0;")

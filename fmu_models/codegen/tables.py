@@ -42,7 +42,7 @@ def facts(system: HybridSystem) -> list[str]:
     partners = (-1 if c.partner is None else c.partner for c in system.contacts)
     return [
         numbers("parameters", "MODEL_NP", (q.value for q in system.parameters)),
-        numbers("inputs", "MODEL_NU", (q.value for q in system.inputs)),
+        numbers("inputs", "MODEL_NU", (q.value for q in system.all_inputs)),
         numbers("states", "MODEL_NX", (q.start for q in system.states)),
         of_contacts("const char *const", "names", (c_string(c.name) for c in system.contacts), none='""'),
         *(of_contacts("const unsigned char", name, map(int, values)) for name, values in tables.items()),
@@ -60,7 +60,9 @@ def sizes_of(system: HybridSystem, derived: int, slots: Slots, *, reach: bool) -
         "NC": len(system.contacts),
         "NI": system.indicator_count,
         "NP": len(system.parameters),
-        "NU": len(system.inputs),
+        "NU": len(system.all_inputs),
+        "NS": len(system.signals),
+        "NK": max((len(signal.knots) for signal in system.signals), default=0),
         "NY": len(system.outputs),
         "ND": derived,
         "NW": slots.used,
@@ -92,7 +94,7 @@ def _enumeration(name: str, prefix: str, values: Mapping[str, int]) -> str:
 
 def legend(system: HybridSystem) -> str:
     """A comment that says which quantity is which index."""
-    rows = {"p": system.parameters, "u": system.inputs, "x": system.states, "y": system.outputs}
+    rows = {"p": system.parameters, "u": system.all_inputs, "x": system.states, "y": system.outputs}
     lines = [
         f" * {letter}: " + ", ".join(q.name for q in quantities) for letter, quantities in rows.items() if quantities
     ]

@@ -85,21 +85,18 @@ class SectionOptions:
             StickslipError: options that contradict one another, or as the section does.
         """
         from fmu_models.fmu.load import load
-        from fmu_models.sections.crossing import Crossing
-        from fmu_models.sections.impacts import Impacts
+        from fmu_models.sections.crossing import Crossing, Impacts
         from fmu_models.sections.iteration import Iteration
         from fmu_models.sections.strobe import Strobe
 
         values = console.assignments(self.settings, "parameter")
-        if self.level and self.impacts and self.model not in MAPS.members():
+        if self.level and self.impacts and not self._is_map:
             raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
+        if self._is_map and (self.forcing or self.period or self.level or self.impacts or self.contacts):
+            raise StickslipError(f"'{self.model}' is a map: every step of it is the section. Leave the section out.")
         if self._scene is not None:
             return self._of_scene(self._scene, values)
-        if self.model in MAPS.members():
-            if self.forcing or self.period or self.level or self.impacts or self.contacts:
-                raise StickslipError(
-                    f"'{self.model}' is a map: every step of it is the section. Leave the section out."
-                )
+        if self._is_map:
             return Iteration.of(MAPS.load(self.model), values)
         fmu = load(self.model, contacts=console.chosen(self.contacts))
         common: dict[str, Any] = {"forcing": self.forcing, "period": self.period, "parameters": values}
@@ -115,9 +112,14 @@ class SectionOptions:
     def _scene(self) -> Scene | None:
         return scene_of(self.model, self.contacts) if is_scene(self.model) else None
 
+    @property
+    def _is_map(self) -> bool:
+        return self.model in MAPS.members() if self._scene is None else self._scene.of_map
+
     def _of_scene(self, scene: Scene, values: Mapping[str, float]) -> SectionSystem:
         """The section of a scene; what is given here goes before what it says."""
         from fmu_models.scene.kinds.kind import section_of
+        from fmu_models.sections.iteration import Iteration
 
         computation: dict[str, Any] = {}
         if self.level or self.impacts:
@@ -135,7 +137,8 @@ class SectionOptions:
         computation |= {"autonomous": True} if self.autonomous else {}
         changed = replace(scene, compute=replace(scene.compute, **computation))
         fmu, run = _built_with(scene, values)
-        return section_of(changed, fmu, run["parameters"], run["inputs"]).stepped_by(self.stepper)
+        section = section_of(changed, fmu, run["parameters"], run["inputs"])
+        return section if isinstance(section, Iteration) else section.stepped_by(self.stepper)
 
     def oscillator(self) -> tuple[Fmu, dict[str, float]]:
         """The model itself, without a section, and values of its parameters and inputs.
@@ -147,13 +150,13 @@ class SectionOptions:
         from fmu_models.scene.kinds.kind import constants_of
 
         values = console.assignments(self.settings, "parameter")
-        if self._scene is not None:
-            fmu, run = _built_with(self._scene, values)
-            return fmu, constants_of(self._scene, run)
-        if self.model in MAPS.members():
+        if self._is_map:
             raise StickslipError(
                 f"'{self.model}' is a map: it has no rates. Its fixed points are followed by 'branch'."
             )
+        if self._scene is not None:
+            fmu, run = _built_with(self._scene, values)
+            return fmu, constants_of(self._scene, run)
         return load(self.model, contacts=console.chosen(self.contacts)), values
 
     def starts(self) -> dict[str, float]:
@@ -166,7 +169,7 @@ class SectionOptions:
 
         Errors as for ``system`` or ``oscillator``.
         """
-        named = self.forcing or self.period or self.level or self.impacts or self.model in MAPS.members()
+        named = self.forcing or self.period or self.level or self.impacts or self._is_map
         if kind == SECTION or (kind == EITHER and named):
             return self.system(), {}
         fmu, values = self.oscillator()
@@ -177,7 +180,7 @@ class SectionOptions:
         from fmu_models.explorer.page import explore
         from fmu_models.report.interactive import PickedMotion
 
-        if self.model in MAPS.members():
+        if self._is_map:
             return None
         try:
             page = explore(self.model, contacts=console.chosen(self.contacts))

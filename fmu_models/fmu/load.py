@@ -42,11 +42,11 @@ def load(
     return Fmu.open(model)
 
 
-def named_map(name: str) -> Map | None:
-    """The map of a name or a file; None if it is none."""
+def named_map(name: str, beside: Path | None = None) -> Map | None:
+    """The map of a name or a file; None if it is none. beside: folder that relative paths start from."""
     if name in MODELS.members() or (name not in MAPS.members() and not name.partition(":")[0].endswith(".py")):
         return None
     try:
-        return MAPS.load(name)
+        return MAPS.load(name, beside)
     except StickslipError:
         return None  # a file without one: what it lacks is said of models

@@ -19,9 +19,9 @@ from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request, structure, text_calls, texts
+from fmu_models.importer.batch import Batch
 from fmu_models.importer.clocks import Clocks, check_event_mode, merged
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
-from fmu_models.importer.sweep import Batch, Sweep, columns_of
 from fmu_models.importer.words import note, nothing_to_record
 from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
@@ -240,29 +240,6 @@ class Driver(Shown):
             raise self._error(status, prepared.c)
         return self._trajectory(prepared, times, tuple(events), status, first)
 
-    def sweep(
-        self,
-        stop_time: float,
-        values: Mapping[str, ArrayLike],
-        *,
-        start_time: float = 0.0,
-        inputs: Mapping[str, Any] | None = None,
-        output_times: ArrayLike | None = None,
-        progress: Callable[[float], None] | None = None,
-    ) -> Sweep:
-        """One run for each row of ``values``: (runs,) numbers per parameter or start value.
-
-        A run that cannot be continued leaves nan and its reason in ``failures``. Output times default to the end alone.
-
-        Raises:
-            StickslipError: as for ``run``; columns of different length; a co-simulation.
-        """
-        columns = columns_of(self.fmu, values)
-        begin = {"start_time": start_time, "inputs": inputs, "output_times": output_times}
-        batch = self.batch(stop_time, tuple(columns), **begin)
-        table, failures = batch.runs(np.stack(list(columns.values()), axis=1), progress)
-        return Sweep(batch.times, {name: table[:, :, k] for k, name in enumerate(batch.recorded)}, failures)
-
     def batch(
         self,
         stop_time: float,
@@ -272,16 +249,16 @@ class Driver(Shown):
         inputs: Mapping[str, Any] | None = None,
         output_times: ArrayLike | None = None,
     ) -> Batch:
-        """What the runs of a sweep have in common, for any number of sweeps over values of ``names``.
+        """What many runs over values of ``names`` have in common. Output times default to the end alone.
 
         Raises:
-            StickslipError: as for ``sweep``; values are looked at when runs are made.
+            StickslipError: as for ``run``; a co-simulation; values are looked at when runs are made.
         """
         if self.method in (CO_SIMULATION, SCHEDULED):
-            raise StickslipError("A sweep needs a method of integration; run a co-simulation once per value.")
+            raise StickslipError("A batch needs a method of integration; run a co-simulation once per value.")
         if self.clocks.recorded.names:
             raise StickslipError(
-                f"A sweep records no variables that have clocks, as '{self.clocks.recorded.names[0]}'. Run once per "
+                f"A batch records no variables that have clocks, as '{self.clocks.recorded.names[0]}'. Run once per "
                 "value."
             )
         times = request.output_times([stop_time] if output_times is None else output_times, start_time, stop_time)

@@ -9,9 +9,8 @@ typed. A ``Reset`` makes states jump where a switching function falls to zero.
 Source: Filippov, Differential equations with discontinuous right-hand sides (1988), chapter 2.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NoReturn
 
 import sympy
 
@@ -21,7 +20,8 @@ from fmu_models.language.checks import check_names, check_requirements, quantity
 from fmu_models.language.contacts import Requirement, create_symbols
 from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.quantities import TIME, ContactSymbol, Input, InternalState, Parameter, State
-from fmu_models.language.units import check_expression_units
+from fmu_models.language.signals import with_signals
+from fmu_models.language.units import check_expression_units, signal_units
 
 _SIDES = {"+": 1, "-": 2, "both": 3}
 
@@ -115,7 +115,7 @@ class Automaton(Declaration):
         check_expression_units(self.name, self.states, _expected_units(self))
 
     def _contents(self) -> dict[str, object]:
-        names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
+        names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "all_inputs", "outputs")}
         return {"flows": {state.name: flow for state, flow in self.flows.items()}, "switches": self.switches, **names}
 
     @property
@@ -133,22 +133,12 @@ class Automaton(Declaration):
         ]
         expressions += [e for reset in self.resets for e in reset.to.values()]
         used = set().union(*(sympy.sympify(e).free_symbols for e in expressions))
-        return used - {switch.sign for switch in self.switches}
+        return with_signals(used - {switch.sign for switch in self.switches})
 
     @property
     def internal_states(self) -> tuple[InternalState, ...]:
         """None: an automaton has no laws."""
         return ()
-
-    def restricted_to(self, contacts: Iterable[str]) -> NoReturn:
-        """Refused: raises StickslipError, always."""
-        raise StickslipError(
-            f"{self.name} has no contacts to choose from ({', '.join(contacts)}): its switches are part of its flow."
-        )
-
-    def with_law(self, **laws: object) -> NoReturn:
-        """Refused: raises StickslipError, always."""
-        raise StickslipError(f"{self.name} has no contacts that could have another law ({', '.join(laws)}).")
 
 
 def _expected_units(automaton: Automaton) -> Iterator[tuple[str, sympy.Expr, str]]:
@@ -161,6 +151,7 @@ def _expected_units(automaton: Automaton) -> Iterator[tuple[str, sympy.Expr, str
             yield f"the reset of {state.name}", value, state.unit
     for output in automaton.outputs:
         yield f"output '{output.name}'", output.expression, output.unit
+    yield from signal_units(automaton.signals)
 
 
 def _check(automaton: Automaton) -> None:
@@ -221,7 +212,7 @@ def _check_switches(automaton: Automaton) -> None:
 
 
 def _names(automaton: Automaton) -> Iterator[tuple[str, str]]:
-    yield from quantity_names(automaton.parameters, automaton.inputs)
+    yield from quantity_names(automaton.parameters, automaton.all_inputs)
     for state in automaton.states:
         yield state.name, f"state '{state.description}'"
     for output in automaton.outputs:

@@ -65,7 +65,7 @@ def quantity_names(parameters: Iterable[Parameter], inputs: Iterable[Input]) -> 
 
 def _names(mechanism: Body) -> Iterator[tuple[str, str]]:
     """Every name that a user of the model will meet, with what it belongs to."""
-    yield from quantity_names(mechanism.parameters, mechanism.inputs)
+    yield from quantity_names(mechanism.parameters, mechanism.all_inputs)
     for q in mechanism.coordinates:
         yield q.name, f"coordinate '{q.description}'"
         yield q.v.name, f"the velocity of {q.name}"

@@ -1,15 +1,17 @@
 """What checks and lowering know of a declared body: its energies, contacts and outputs, whatever class holds them."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 import sympy
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.language.contacts import Contact, Requirement
 from fmu_models.language.quantities import Coordinate, Input, InternalState, Parameter, Quantity
+from fmu_models.language.signals import PeriodicSignal
 
 Q = TypeVar("Q", bound=Quantity)
 
@@ -40,6 +42,16 @@ class Declaration(Shown, ABC):
     def symbols(self) -> set[sympy.Basic]:
         """Quantities that it uses."""
 
+    def restricted_to(self, contacts: Iterable[str]) -> Self:
+        """Refused: raises StickslipError, but of a mechanism."""
+        raise StickslipError(
+            f"{self.name} has no contacts to choose from ({', '.join(contacts)}): what switches is part of it."
+        )
+
+    def with_law(self, **laws: Any) -> Self:
+        """Refused: raises StickslipError, but of a mechanism."""
+        raise StickslipError(f"{self.name} has no contacts that could have another law ({', '.join(laws)}).")
+
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """The parameters used, in the order of their declaration."""
@@ -48,12 +60,22 @@ class Declaration(Shown, ABC):
     @property
     def inputs(self) -> tuple[Input, ...]:
         """The inputs used, in the order of their declaration."""
-        return quantities_of_type(self.symbols, Input)
+        return tuple(u for u in quantities_of_type(self.symbols, Input) if not isinstance(u, PeriodicSignal))
+
+    @property
+    def signals(self) -> tuple[PeriodicSignal, ...]:
+        """The periodic signals used, in the order of their declaration."""
+        return quantities_of_type(self.symbols, PeriodicSignal)
+
+    @property
+    def all_inputs(self) -> tuple[Input, ...]:
+        """The inputs, then the signals."""
+        return (*self.inputs, *self.signals)
 
     @property
     def all_requirements(self) -> tuple[Requirement, ...]:
         """What the parameters must satisfy together."""
-        return tuple(self.requirements)
+        return (*self.requirements, *(r for signal in self.signals for r in signal.requirements))
 
 
 class Body(Protocol):
@@ -79,6 +101,10 @@ class Body(Protocol):
     def parameters(self) -> tuple[Parameter, ...]: ...
     @property
     def inputs(self) -> tuple[Input, ...]: ...
+    @property
+    def signals(self) -> tuple[PeriodicSignal, ...]: ...
+    @property
+    def all_inputs(self) -> tuple[Input, ...]: ...
     @property
     def internal_states(self) -> tuple[InternalState, ...]: ...
     @property

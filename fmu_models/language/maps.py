@@ -11,7 +11,7 @@ import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import sympy
 
@@ -52,6 +52,7 @@ class Map(Declaration):
     inverse: Mapping[State, sympy.Expr] | None = None
     modulus: Mapping[State, sympy.Expr] = field(default_factory=dict)
     requirements: Sequence[Requirement] = ()
+    contacts: ClassVar[tuple[()]] = ()
 
     def _contents(self) -> dict[str, object]:
         rule = {f"{state.name}(k+1)": value for state, value in self.rule.items()}

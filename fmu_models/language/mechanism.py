@@ -23,6 +23,7 @@ from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.inertia import inertia_requirements
 from fmu_models.language.matrices import Matrix, matrices_of, names_of, quadratic
 from fmu_models.language.quantities import Coordinate, InternalState, Parameter
+from fmu_models.language.signals import with_signals
 from fmu_models.language.stops import StopLaw
 from fmu_models.language.units import check_units
 
@@ -123,7 +124,7 @@ class Mechanism(Declaration):
 
     def _contents(self) -> dict[str, object]:
         energies = {name: getattr(self, name) for name in ("kinetic_energy", "potential_energy", "dissipation")}
-        names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "inputs", "outputs")}
+        names = {name: [q.name for q in getattr(self, name)] for name in ("parameters", "all_inputs", "outputs")}
         return {"coordinates": [q.name for q in self.coordinates], **energies, "contacts": self.contacts, **names}
 
     @property
@@ -145,7 +146,7 @@ class Mechanism(Declaration):
     def all_requirements(self) -> tuple[Requirement, ...]:
         """The requirements of the mechanism, of its laws and, with rigid contacts, of its mass matrix."""
         inertia = inertia_requirements(self) if self.impacts else ()
-        return (*self.requirements, *(r for contact in self.contacts for r in contact.requirements), *inertia)
+        return (*super().all_requirements, *(r for contact in self.contacts for r in contact.requirements), *inertia)
 
     @property
     def body_symbols(self) -> set[sympy.Basic]:
@@ -155,9 +156,8 @@ class Mechanism(Declaration):
 
     @property
     def symbols(self) -> set[sympy.Basic]:
-        return self.body_symbols.union(
-            *(contact.symbols for contact in self.contacts), _symbols(output.expression for output in self.outputs)
-        )
+        outputs = _symbols(output.expression for output in self.outputs)
+        return with_signals(self.body_symbols.union(outputs, *(contact.symbols for contact in self.contacts)))
 
     def restricted_to(self, contacts: Iterable[str]) -> Mechanism:
         """The mechanism with these contacts only, without the quantities and outputs that served the others alone.

@@ -25,7 +25,7 @@ class Quantity(sympy.Dummy):
         symbol.description = description
         return symbol
 
-    def _with(self, **attributes: float) -> Self:
+    def _with(self, **attributes: object) -> Self:
         """The same quantity, equal to this one in expressions, with other attributes."""
         same = _again(type(self), self.name, self.dummy_index, self.assumptions0)
         same.__dict__.update(self.__dict__, **attributes)

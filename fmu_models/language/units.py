@@ -1,12 +1,13 @@
 """Units of a declaration: every sum adds like to like, and energies, forces and outputs are what they say."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import sympy
 
 from fmu_models.language.declaration import Body
 from fmu_models.language.dimensions import Dimensions
 from fmu_models.language.quantities import Quantity
+from fmu_models.language.signals import PeriodicSignal
 
 
 def check_units(mechanism: Body) -> None:
@@ -27,6 +28,18 @@ def check_units(mechanism: Body) -> None:
         contact.check_units(units)
     for output in mechanism.outputs:
         units.expect(f"output '{output.name}'", output.expression, output.unit)
+    for label, expression, unit in signal_units(mechanism.signals):
+        units.expect(label, expression, unit)
+
+
+def signal_units(signals: Iterable[PeriodicSignal]) -> Iterator[tuple[str, sympy.Expr, str]]:
+    """What signals are made of: what each expression is, the expression, and the unit that it should have."""
+    for signal in signals:
+        yield f"the period of '{signal.name}'", signal.period, "s"
+        yield f"the start of '{signal.name}'", signal.start, "s"
+        for place, value in signal.knots:
+            yield f"a place of '{signal.name}'", place, "1"
+            yield f"a value of '{signal.name}'", value, signal.unit
 
 
 def check_expression_units(

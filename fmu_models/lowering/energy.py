@@ -37,10 +37,10 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     velocities = [q.v for q in mechanism.coordinates]
     at_rest = dict.fromkeys(velocities, sympy.S.Zero)
     standing: dict[sympy.Basic, Any] = {TIME: sympy.S.One}
-    standing |= {u: u.rate for u in mechanism.inputs}
+    standing |= {u: u.rate for u in mechanism.all_inputs}
     along = Derivatives().along
     frame = multiplied_out(_linear(T, velocities) + 2 * T.xreplace(at_rest))
-    moving = TimeDerivative(mechanism.coordinates, mechanism.inputs, with_accelerations=True)
+    moving = TimeDerivative(mechanism.coordinates, mechanism.all_inputs, with_accelerations=True)
     supplied = [force * q.v for q, force in mechanism.applied.items()]
     supplied += [along(U, standing), -along(T, standing), moving(frame)]
     lost = [along(mechanism.dissipation, {v: v for v in velocities})]

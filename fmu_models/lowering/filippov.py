@@ -73,7 +73,7 @@ def _slides(automaton: Automaton, switch: Switch, jump: sympy.Matrix) -> bool:
 
 def _vanishes(expression: sympy.Expr, function: sympy.Expr, automaton: Automaton) -> bool:
     """Whether an expression is zero wherever the function is: it is put in place of a quantity in which h is affine."""
-    for symbol in (*automaton.states, *automaton.inputs):
+    for symbol in (*automaton.states, *automaton.all_inputs):
         slope = sympy.diff(function, symbol)
         if slope != 0 and not slope.has(symbol):
             on_surface = symbol - function / slope
@@ -84,7 +84,7 @@ def _vanishes(expression: sympy.Expr, function: sympy.Expr, automaton: Automaton
 
 def _rate(automaton: Automaton, function: sympy.Expr) -> sympy.Expr:
     """The time derivative of a function, from the rates of states and inputs."""
-    moving = (*automaton.states, *automaton.inputs)
+    moving = (*automaton.states, *automaton.all_inputs)
     return sum((sympy.diff(function, x) * x.rate for x in moving), sympy.diff(function, TIME))
 
 

@@ -51,6 +51,7 @@ def fold(
         system,
         parameters=tuple(p.with_value(values.get(p.name, p.value)) for p in system.parameters if p not in constants),
         inputs=tuple(u.with_value(values.get(u.name, u.value)) for u in system.inputs if u not in constants),
+        signals=tuple(signal.folded(folded) for signal in system.signals),
         coordinates=tuple(q.with_start(start.get(q.name, q.start)) for q in system.coordinates),
         driven=tuple(v.with_start(start.get(v.name, v.start)) for v in system.driven),
         internal_states=tuple(z.with_start(start.get(z.name, z.start)) for z in system.internal_states),

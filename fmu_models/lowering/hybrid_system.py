@@ -33,6 +33,7 @@ from fmu_models.language.contacts import Requirement
 from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.inertia import blocks
 from fmu_models.language.quantities import Acceleration, Coordinate, Input, InternalState, Parameter, State, Velocity
+from fmu_models.language.signals import PeriodicSignal
 
 _EMPTY = sympy.ImmutableSparseMatrix(0, 0, [])
 
@@ -43,7 +44,7 @@ class HybridSystem:
 
     Attributes:
         name, title, source: as declared.
-        parameters, inputs, coordinates, internal_states, outputs: in the order of the FMU's variables.
+        parameters, inputs, signals, coordinates, internal_states, outputs: in the order of the FMU's variables.
         driven: the states v.
         rate_symbols: what outputs call the rates of the driven states (``Coordinate.a``).
         acceleration: a, one per driven state; M a with an inertia.
@@ -67,6 +68,7 @@ class HybridSystem:
     source: str
     parameters: tuple[Parameter, ...]
     inputs: tuple[Input, ...]
+    signals: tuple[PeriodicSignal, ...]
     all_requirements: tuple[Requirement, ...]
     coordinates: tuple[Coordinate, ...] = ()
     driven: tuple[State, ...] = ()
@@ -88,7 +90,7 @@ class HybridSystem:
     @classmethod
     def of(cls, model: Declaration, **parts: Any) -> HybridSystem:
         """A declared model with what is derived from it, by field."""
-        names = ("name", "title", "source", "parameters", "inputs", "all_requirements")
+        names = ("name", "title", "source", "parameters", "inputs", "signals", "all_requirements")
         return cls(**{name: getattr(model, name) for name in names} | parts)
 
     @cached_property
@@ -109,6 +111,11 @@ class HybridSystem:
                 "constant mass matrix). Compare it by the importer's own integration instead."
             )
         return self
+
+    @property
+    def all_inputs(self) -> tuple[Input, ...]:
+        """The inputs, then the signals."""
+        return (*self.inputs, *self.signals)
 
     @property
     def velocities(self) -> tuple[Velocity, ...]:

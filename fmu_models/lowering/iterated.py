@@ -37,6 +37,15 @@ def iterated(declared: Map, *, backward: bool = False, period_name: str = PERIOD
     )
 
 
+def iterated_alone(declared: Map, backward: bool = False) -> HybridSystem:
+    """The map for runs that ask for no time: whatever its quantities are called, the time of a step has another name.
+
+    Errors as for ``iterated``.
+    """
+    names = "".join(quantity.name for quantity in (*declared.states, *declared.parameters))
+    return iterated(declared, backward=backward, period_name=f"{names}_{PERIOD}")
+
+
 def differentiated(rule: Mapping[State, sympy.Expr]) -> tuple[list[sympy.Expr], sympy.Expr]:
     """The derivatives of the next states of a rule by the present ones, row by row, and their determinant, cancelled
     beforehand: it survives where a strong stretch leaves nothing of the last difference."""

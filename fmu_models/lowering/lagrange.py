@@ -54,7 +54,7 @@ def generalised_forces(mechanism: Mechanism) -> list[Any]:
     act whatever happens."""
     T, U, D = mechanism.kinetic_energy, mechanism.potential_energy, mechanism.dissipation
     derivatives = Derivatives()
-    drift = TimeDerivative(mechanism.coordinates, mechanism.inputs, with_accelerations=False)
+    drift = TimeDerivative(mechanism.coordinates, mechanism.all_inputs, with_accelerations=False)
     by = derivatives.by
     steady = [pair for contact in mechanism.contacts if (pair := contact.steady)]
     return [

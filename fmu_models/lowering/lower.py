@@ -10,16 +10,20 @@ from fmu_models.language.automaton import Automaton
 from fmu_models.language.contact_dynamics import ContactDynamics, Rates
 from fmu_models.language.declaration import Output
 from fmu_models.language.inertia import Entries, mass_entries
+from fmu_models.language.maps import Map
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Acceleration, per_second
 from fmu_models.lowering.energy import derived_outputs, quadratic_energy
 from fmu_models.lowering.filippov import lower_automaton
 from fmu_models.lowering.hybrid_system import HybridSystem
+from fmu_models.lowering.iterated import iterated
 from fmu_models.lowering.lagrange import TimeDerivative, generalised_forces, has_small_inverse, inverse
 
 
-def lower(model: Mechanism | Automaton) -> HybridSystem:
-    """Derive accelerations, slip and stick dynamics of a mechanism, or the sliding of an automaton."""
+def lower(model: Mechanism | Automaton | Map) -> HybridSystem:
+    """Derive accelerations, slip and stick dynamics of a mechanism, the sliding of an automaton, or steps of a map."""
+    if isinstance(model, Map):
+        return iterated(model)
     if isinstance(model, Automaton):
         return lower_automaton(model)
     coordinates = tuple(model.coordinates)
@@ -28,8 +32,8 @@ def lower(model: Mechanism | Automaton) -> HybridSystem:
     contacts: tuple[ContactDynamics, ...] = ()
     changes = {z: Acceleration._create(f"{z.name}_rate", per_second(z.unit), f"rate of {z.name}") for z, _ in held}
     rates = Rates(
-        TimeDerivative(coordinates, model.inputs, with_accelerations=False),
-        TimeDerivative(coordinates, model.inputs, with_accelerations=True, rates=changes),
+        TimeDerivative(coordinates, model.all_inputs, with_accelerations=False),
+        TimeDerivative(coordinates, model.all_inputs, with_accelerations=True, rates=changes),
     )
     for contact in model.contacts:
         contacts += contact.dynamics(rates, len(contacts))

@@ -90,6 +90,8 @@ def obstacles(system: HybridSystem) -> tuple[str, ...]:
     """Why some mode is not linear with constant coefficients, a sentence each; empty where all are."""
     if system.rule:
         return ("a map has no flow",)
+    if system.signals:
+        return (f"'{system.signals[0].name}' jumps or bends at times of its own, and no strobe in lanes stops there",)
     if system.inertia or not system.constant_inertia:
         return ("the mass matrix, or a lever of a contact, changes with the motion",)
     lifted = Lifted.of(system)

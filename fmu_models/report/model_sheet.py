@@ -100,7 +100,7 @@ def _equations(mechanism: Mechanism, system: HybridSystem) -> list[str]:
             lines.append(f"{state.name}' = {readable(sympy.expand(system.acceleration[i]) + by_contacts[i])}")
     for state, rate in zip(system.internal_states, system.internal_rates, strict=True):
         lines.append(f"{state.name}' = {readable(rate)}")
-    return lines
+    return [*lines, *(signal.shape for signal in system.signals)]
 
 
 def _coupled(mechanism: Mechanism, system: HybridSystem, forces: sympy.Matrix) -> list[str]:

@@ -20,13 +20,16 @@ KEYS says what each means. A value is a number in the unit of the model or a tex
 import re
 from collections.abc import Collection, Mapping
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import sympy
 
 from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.formula import Formula
 from fmu_models.base.toml_document import Document
 from fmu_models.codegen.package import variant
+from fmu_models.fmu.load import named_map
+from fmu_models.language.maps import Map
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import TIME, Quantity
 from fmu_models.language.values import check_values
@@ -40,11 +43,11 @@ from fmu_models.simulation.signal import Signal, knots
 KEYS = {
     "title": "what it is",
     "source": "where it comes from; the model's source if left out",
-    "model": "its name, as `stickslip models` lists them, or `my_model.py` beside the scene",
+    "model": "its name, as `stickslip models` or `stickslip maps` lists them, or `my_model.py` beside the scene",
     "contacts": "those in use; all if left out, `[]` for none",
     "outputs": "those to show beside the states; if left out those that the model declares, "
     "without energy, powers and forces",
-    "stop_time": "end of the run, which begins at 0 s",
+    "stop_time": "end of the run, which begins at 0 s; of a map, how many steps it makes",
     "laws": 'per contact another law: its name, such as `disc0 = "lugre"`, or `my_law.py` beside the scene',
     "parameters": "fixed: constants of the code, as is every parameter that is named nowhere; an input here is held, "
     "and a constant too",
@@ -53,8 +56,8 @@ KEYS = {
     '`{ times = [0, 5], values = [0, 1] }`, or a column of a log beside the scene, `"log.csv:speed"`',
     "start": "states at 0 s, and `<stop>_memory` for a start inside a stop that remembers its speed of entry",
     "compute": "`kind` and its keys, below",
-    "reference": "known results by name, `[[reference]]` for each; `tolerance` (relative, 1e-9 if left out), `at` "
-    "where something is varied",
+    "reference": "known results by name, `[[reference]]` for each: numbers, or formulas of parameters, as "
+    '`period = "2*pi*sqrt(m/k)"`; `tolerance` (relative, 1e-9 if left out), `at` where something is varied, `source`',
     "sensors": "of the bench that `stickslip emulate` emulates, below",
 }
 
@@ -108,7 +111,8 @@ class _Check:
             outputs=self._outputs(),
             stop_time=self._stop_time(),
             compute=checked_compute(doc, self._names(free, drives)),
-            references=self._references(),
+            references=self._references({**defaults, **parameters, **free}),
+            of_map=isinstance(self.full, Map),
             sensors=doc.table("sensors"),
             lines={key: doc.line("sensors", key) or 0 for key in doc.table("sensors")},
             path=str(doc.path),
@@ -120,9 +124,9 @@ class _Check:
     # the model
 
     def _load(self) -> Mechanism:
-        model = self.doc.reference("model")
+        model, beside = self.doc.reference("model"), self.doc.path.parent
         try:
-            return variant(model, beside=self.doc.path.parent)
+            return variant(cast("str", named_map(model, beside) or model), beside=beside)
         except StickslipError as error:
             raise self.doc.fault(str(error), "model") from error
 
@@ -289,17 +293,33 @@ class _Check:
             states=self._state_units(),
             contacts=tuple(contact.name for contact in self.system.contacts),
             forced=TIME in self.kept.symbols,
+            of_map=isinstance(self.full, Map),
             stranger=self._stranger,
         )
 
-    def _references(self) -> tuple[Reference, ...]:
-        doc = self.doc
+    def _references(self, parameters: Mapping[str, float]) -> tuple[Reference, ...]:
+        doc, over = self.doc, self.doc.table("compute").get("over")
         references = []
         for i, table in enumerate(doc.entries("reference")):
-            values = {name: doc.value(value, "1", "reference", i, name) for name, value in table.items()}
-            at, tolerance = values.pop("at", None), values.pop("tolerance", 1e-9)
-            references.append(Reference(values=values, tolerance=tolerance, at=at))
+            source = doc.text("source", "reference", i, default="")
+            numbers = {n: doc.value(table[n], "1", "reference", i, n) for n in ("at", "tolerance") if n in table}
+            known = {**parameters, **({over: numbers["at"]} if over and "at" in numbers else {})}
+            values = {
+                name: self._known(value, known, "reference", i, name)
+                for name, value in table.items()
+                if name not in ("at", "tolerance", "source")
+            }
+            references.append(Reference(values=values, source=source, **numbers))
         return tuple(references)
+
+    def _known(self, raw: object, parameters: Mapping[str, float], *path: str | int) -> float:
+        """A number, or what a formula of the scene's parameters says."""
+        if isinstance(raw, str):
+            try:
+                raw = float(Formula.read(raw)(parameters))
+            except StickslipError as error:
+                raise self.doc.fault(str(error), *path) from error
+        return self.doc.value(raw, "1", *path)
 
     # the whole
 
@@ -316,7 +336,8 @@ class _Check:
     def _check_start(self, scene: Scene) -> None:
         """A rigid contact cannot begin behind its wall; a start inside some stops needs the speed of entry."""
         drives = {name: drive.values[0] for name, drive in scene.drives.items()}
-        values = {**scene.parameters, **drives, **{s.name: s.start for s in self.system.states}, **scene.start}
+        values = {p.name: p.value for p in self.system.parameters} | scene.parameters | drives
+        values |= {**{s.name: s.start for s in self.system.states}, **scene.start}
         quantities = (*self.system.parameters, *self.system.inputs, *self.system.states)
         point: dict[Any, Any] = {TIME: sympy.S.Zero, **{q: sympy.Float(values[q.name]) for q in quantities}}
         for contact in self.system.contacts:

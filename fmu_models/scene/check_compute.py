@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fmu_models.analyses.declaration import NO_BOX, PARAMETERS, STATE, STATES
+from fmu_models.analyses.declaration import NO_BOX, NO_RAMP, PARAMETERS, STATE, STATES
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
 from fmu_models.scene.kinds import KINDS
@@ -39,6 +39,7 @@ class Names:
         parameters, states: units of all.
         contacts: names.
         forced: whether time forces the model.
+        of_map: whether it is a map, every step of which is a section.
         stranger: the error for a name that is none: kind of it, name, known ones, place.
     """
 
@@ -47,6 +48,7 @@ class Names:
     states: Mapping[str, str]
     contacts: tuple[str, ...]
     forced: bool
+    of_map: bool
     stranger: Callable[..., StickslipError]
 
 
@@ -61,6 +63,10 @@ def checked_compute(doc: Document, names: Names) -> Compute:
         kind = KINDS.load(name, doc.path.parent)
     except StickslipError as error:
         raise doc.fault(str(error), "compute", "kind") from error
+    if names.of_map and not kind.of_maps:
+        fit = ", ".join(n for n in KINDS.members() if KINDS.load(n).of_maps)
+        path = ("compute", "kind") if "kind" in doc.table("compute") else ("model",)
+        raise doc.fault(f"a {name} is of a motion in time, which a map has none of. Choose a kind: {fit}.", *path)
     doc.check_keys((*KEYS, *kind.settings, *(("axes",) if kind.axes else ())), "compute")
     table = doc.table("compute")
     over = _over(doc, names, table)
@@ -120,7 +126,9 @@ def _axes(doc: Document, names: Names, name: str, kind: Kind) -> dict[str, tuple
 def _setting(doc: Document, names: Names, key: str, default: Any) -> Any:
     """A key that a kind of computation alone reads."""
     if isinstance(default, Mapping):
-        return _by_state(doc, names, key, 2 if default is NO_BOX else 1)
+        if default is NO_RAMP:
+            return _by_name(doc, names, key, "drive", names.varied, 2)
+        return _by_name(doc, names, key, "state", names.states, 2 if default is NO_BOX else 1)
     if isinstance(default, float):
         return doc.value(doc.table("compute")[key], "1", "compute", key)
     if isinstance(default, int):
@@ -128,19 +136,21 @@ def _setting(doc: Document, names: Names, key: str, default: Any) -> Any:
     return doc.text(key, "compute")
 
 
-def _by_state(doc: Document, names: Names, key: str, count: int = 1) -> dict[str, Any]:
-    """A number by state, or a list of ``count``, in its unit."""
+def _by_name(
+    doc: Document, names: Names, key: str, kind: str, units: Mapping[str, str], count: int = 1
+) -> dict[str, Any]:
+    """A number by the name of a state or drive, or a list of ``count``, in its unit."""
     numbers: dict[str, Any] = {}
-    for state, raw in doc.table("compute", key).items():
-        path = ("compute", key, state)
-        if state not in names.states:
-            raise names.stranger("state", state, names.states, *path)
+    for name, raw in doc.table("compute", key).items():
+        path = ("compute", key, name)
+        if name not in units:
+            raise names.stranger(kind, name, units, *path)
         if count == 1:
-            numbers[state] = doc.value(raw, names.states[state], *path)
+            numbers[name] = doc.value(raw, units[name], *path)
         elif isinstance(raw, list) and len(raw) == count:
-            numbers[state] = tuple(doc.value(end, names.states[state], *path) for end in raw)
+            numbers[name] = tuple(doc.value(end, units[name], *path) for end in raw)
         else:
-            raise doc.fault(f"'{state}' must be a list of {count} numbers, found {raw!r}.", *path)
+            raise doc.fault(f"'{name}' must be a list of {count} numbers, found {raw!r}.", *path)
     return numbers
 
 
@@ -154,14 +164,18 @@ def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[
     period = doc.value(table["period"], "s", "compute", "period") if "period" in table else None
     if period is not None and period <= 0.0:
         raise doc.fault(f"the period must be positive, found {period:g} s.", "compute", "period")
-    level = _by_state(doc, names, "level")
+    if names.of_map and (forcing or period):
+        key = "forcing" if forcing else "period"
+        raise doc.fault("of a map every step is looked at: leave the period out.", "compute", key)
+    level = _by_name(doc, names, "level", "state", names.states)
     if len(level) > 1 or (level and impacts):
         raise doc.fault("a section is a level of one state, or where a contact begins: name one of them.", "compute")
     elsewhere = bool(level or impacts)
-    if elsewhere and not kind.anywhere:
-        raise doc.fault(f"a {name} is of a motion seen once per period; leave 'level' and 'impacts' out.", "compute")
+    if elsewhere and (names.of_map or not kind.anywhere):
+        once = "step" if names.of_map else "period"
+        raise doc.fault(f"a {name} is of a motion seen once per {once}; leave 'level' and 'impacts' out.", "compute")
     timed = (period is None) != (forcing is None)
-    free = elsewhere or (kind.anywhere and not names.forced)
+    free = elsewhere or names.of_map or (kind.unforced and not names.forced)
     if kind.periodic and not timed and not (free and period is None):
         others = ", or a section: 'level' or 'impacts'" if kind.anywhere else ""
         raise doc.fault(

@@ -51,12 +51,12 @@ def find(path: str | os.PathLike[str]) -> Path:
     Raises:
         StickslipError: there is none.
     """
-    return named_file(path, files(), "scene")
+    return named_file(path, shipped.scenes(), "scene")
 
 
 def files() -> list[Path]:
-    """The scenes that come along, by name."""
-    return shipped.files("scenes", SUFFIX)
+    """The scenes of our own models that come along, by name."""
+    return shipped.files(shipped.SCENES, SUFFIX)
 
 
 def _own_sources() -> list[bytes]:

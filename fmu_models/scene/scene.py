@@ -76,11 +76,13 @@ class Reference(Shown):
         values: by the name of the result.
         tolerance: by which a result may differ, relative to the value, absolute where it is zero.
         at: value of the swept quantity, None if nothing is swept.
+        source: who says so.
     """
 
     values: Mapping[str, float]
     tolerance: float = 1e-9
     at: float | None = None
+    source: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +101,8 @@ class Scene(Shown):
         drives: inputs that stay inputs.
         start: states, and speeds at which stops were entered, at time zero.
         outputs: names of the outputs to show.
-        stop_time: s, end of the run.
+        stop_time: s, end of the run; of a map its steps.
+        of_map: The model is a map.
         compute: what to compute.
         references: known values of it.
         sensors: for an emulator of a bench, which checks it; ``lines`` says in which line of ``path`` each key stands.
@@ -122,6 +125,7 @@ class Scene(Shown):
     sensors: Mapping[str, Any] = field(default_factory=dict)
     lines: Mapping[str, int] = field(default_factory=dict)
     path: str = ""
+    of_map: bool = False
 
     @property
     def parameters(self) -> dict[str, float]:

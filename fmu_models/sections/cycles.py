@@ -71,12 +71,12 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
     if until - stop > 2.0 * (stop - start):
         return None
     inside, span = tuple(event for event in events if start <= event.time < stop), (float(start), float(stop))
-    trajectory, extremes = _extremes(fmu, inside, *span, run)
+    trajectory, ends_of = extremes(fmu, inside, *span, run)
     at = dict(zip(trajectory.time, trajectory[fmu.states[0]], strict=True))
     angles: dict[tuple[str, int], list[float]] = {}
     for event in inside:
         angles.setdefault((event.contact, event.after), []).append(float(at[event.time]))
-    minimum, maximum = ({name: ends[i] for name, ends in extremes.items()} for i in (0, 1))
+    minimum, maximum = ({name: ends[i] for name, ends in ends_of.items()} for i in (0, 1))
     stick = _stick_shares(fmu.contacts, inside, *span)
     return Cycle(span[0], float(stop - start), minimum, maximum, stick, angles, inside)
 
@@ -100,7 +100,7 @@ def _closed(states: Trajectory, marked: Flags, names: Sequence[str]) -> int | No
     return None
 
 
-def _extremes(
+def extremes(
     fmu: Fmu, inside: Sequence[Event], start: float, stop: float, run: Mapping[str, Any]
 ) -> tuple[Trajectory, dict[str, tuple[float, float]]]:
     """The cycle sampled, and the smallest and the largest value of each state.

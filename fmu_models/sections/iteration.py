@@ -25,7 +25,7 @@ from fmu_models.families.stepwise import FAR, Step
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.maps import Map
 from fmu_models.language.values import check_numbers, check_values
-from fmu_models.lowering.iterated import PERIOD, differentiated, iterated
+from fmu_models.lowering.iterated import differentiated, iterated_alone
 from fmu_models.sections.diagonal import Crossings, find_crossings
 from fmu_models.sections.system import SectionSystem, named_point
 from fmu_models.simulation.engine import engine_of
@@ -200,6 +200,12 @@ class Iteration(SectionSystem):
         return np.where(np.isfinite(stacked), stacked, np.nan)
 
     @property
+    def driven(self) -> list[int]:
+        """Angles that each step turns by the same."""
+        turned = {x: self.map.rule[x] - x for x in self.map.modulus}
+        return [self.map.states.index(x) for x, by in turned.items() if not by.free_symbols & set(self.map.states)]
+
+    @property
     def turns(self) -> Vector:
         """Moduli of the states."""
         return _moduli(self.map)
@@ -263,8 +269,7 @@ def _fmu(declared: Map, backward: bool) -> Fmu:
 
 @cache
 def _built(declared: Map, backward: bool) -> Fmu:
-    names = "".join(quantity.name for quantity in (*declared.states, *declared.parameters))
-    return Fmu.open(built_of(iterated(declared, backward=backward, period_name=f"{names}_{PERIOD}")))
+    return Fmu.open(built_of(iterated_alone(declared, backward)))
 
 
 _building = threading.Lock()

@@ -35,8 +35,8 @@ from fmu_models.coupling.system import CoupledSystem
 from fmu_models.coupling.toml_system import is_system, read_system
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load, named_map
+from fmu_models.importer.batch import Batch
 from fmu_models.importer.driver import Driver
-from fmu_models.importer.sweep import Batch
 from fmu_models.language.maps import Map
 from fmu_models.sections.iteration import Iteration
 from fmu_models.simulation.trajectory import Trajectory

@@ -112,9 +112,10 @@ def ours(driver: Driver, case: Case) -> Callable[[], np.ndarray]:
 def sweep(driver: Driver, case: Case) -> Callable[[], np.ndarray]:
     """The same run SWEPT times."""
     name = driver.fmu.states[0]
-    starts = {name: np.full(SWEPT, float(driver.fmu.variables[name].start or 0))}
-    values = starts | {parameter: np.full(SWEPT, value) for parameter, value in case.parameters.items()}
-    return lambda: driver.sweep(case.stop, values)[name]
+    values = {name: float(driver.fmu.variables[name].start or 0), **case.parameters}
+    batch = driver.batch(case.stop, tuple(values))
+    rows = np.tile(list(values.values()), (SWEPT, 1))
+    return lambda: batch.runs(rows)[0][:, :, 0]
 
 
 def timed(run: Callable[[], object]) -> float:
@@ -184,9 +185,9 @@ def overhead(folder: Path) -> None:
     """A run as short as can be, ten thousand times: all of it is overhead."""
     runs = 10_000
     with Driver(Fmu.open(foreign("relay", folder)), record=[]) as driver:
-        values = {"a": np.linspace(0.1, 0.9, runs)}
+        values = np.linspace(0.1, 0.9, runs)[:, None]
         begin = time.perf_counter()
-        driver.sweep(1e-6, values)
+        driver.batch(1e-6, ("a",)).runs(values)
         swept = time.perf_counter() - begin
         begin = time.perf_counter()
         for _ in range(runs):

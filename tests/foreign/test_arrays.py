@@ -139,13 +139,11 @@ def test_what_cannot_be_set(fmu: Fmu, options: dict[str, Any], said: str) -> Non
         simulate_any(fmu, 1.0, **options)
 
 
-def test_what_cannot_be_recorded_or_swept(fmu: Fmu) -> None:
+def test_texts_that_cannot_be_read_or_written(fmu: Fmu) -> None:
     # its library has no function for texts
     assert simulate_any(fmu, 1.0, record=["word"]).method.endswith(NOTE)
     with pytest.raises(StickslipError, match="no function fmi3SetString"):
         simulate_any(fmu, 1.0, parameters={"label": "c"})
-    with Driver(fmu) as driver, pytest.raises(StickslipError, match=r"takes scalars; 'A.1,1.' is an element"):
-        driver.sweep(1.0, {"A[1,1]": [1.0, 2.0]})
 
 
 def test_units_take_single_numbers(fmu: Fmu) -> None:

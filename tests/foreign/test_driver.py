@@ -42,24 +42,26 @@ def test_one_call_runs_a_path_and_an_fmu_with_inputs_of_any_form(model: Models, 
         for fmu in (model("driven"), str(model("driven").path)):
             assert simulate(fmu, 2.0, inputs={"u": form})["x"] == pytest.approx(expected["x"], abs=1e-6)
     with Driver(model("driven")) as driver:
-        end = driver.sweep(2.0, {"x": [0.0]}, inputs={"u": forms[0]})["x"]
-    assert end == pytest.approx(expected["x"][-1], abs=1e-6)
+        table, _ = driver.batch(2.0, ("x",), inputs={"u": forms[0]}).runs(np.zeros((1, 1)))
+    assert table[0, -1, 0] == pytest.approx(expected["x"][-1], abs=1e-6)
 
 
-def test_a_sweep_is_the_runs_one_by_one(model: Models) -> None:
-    e = np.array([0.3, 0.9, 0.5])
+def test_a_batch_is_the_runs_one_by_one(model: Models) -> None:
+    rows = np.array([[0.3, 1.0], [0.9, 2.0], [0.5, 0.5]])
     with Driver(model("ball")) as driver:
-        sweep = driver.sweep(2.0, {"e": e, "h": [1.0, 2.0, 0.5]}, output_times=[1.0, 2.0])
+        batch = driver.batch(2.0, ("e", "h"), output_times=[1.0, 2.0])
+        table, failures = batch.runs(rows)
         single = driver.run(2.0, parameters={"e": 0.9}, start={"h": 2.0}, output_times=[1.0, 2.0])
-    assert np.array_equal(sweep["h"][1], single["h"])
-    assert np.array_equal(sweep["bounces"][1], single["bounces"])
+    by_name = {name: table[:, :, column] for column, name in enumerate(batch.recorded)}
+    assert np.array_equal(by_name["h"][1], single["h"])
+    assert np.array_equal(by_name["bounces"][1], single["bounces"])
     # with 0.3 and 0.5 it would have come to rest before the end
-    assert sorted(sweep.failures) == [0, 2]
-    assert "accumulate" in sweep.failures[0]
-    assert np.isnan(sweep["h"][0, -1])
+    assert sorted(failures) == [0, 2]
+    assert "accumulate" in failures[0]
+    assert np.isnan(by_name["h"][0, -1])
 
 
-def test_a_batch_looks_at_the_values_of_each_sweep(model: Models) -> None:
+def test_a_batch_looks_at_the_values_of_each_call(model: Models) -> None:
     with Driver(model("ball")) as driver:
         batch = driver.batch(1.0, ("e", "h"))
         table, failures = batch.runs(np.array([[0.9, 1.0], [0.8, 1.0]]))
@@ -136,12 +138,6 @@ def test_what_is_recorded(model: Models) -> None:
 def test_bad_requests_are_refused_in_words(model: Models, options: dict[str, Any], message: str) -> None:
     with pytest.raises(StickslipError, match=message.replace("(", r"\(")):
         simulate_any(model("ball"), 1.0, **options)
-
-
-@pytest.mark.parametrize("values", [{}, {"e": 0.5}, {"e": [0.5], "g": [1.0, 2.0]}, {"e": []}])
-def test_columns_of_a_sweep(model: Models, values: dict[str, Any]) -> None:
-    with Driver(model("ball")) as driver, pytest.raises(StickslipError, match="one list of numbers per name"):
-        driver.sweep(1.0, values)
 
 
 def test_derivatives_that_are_no_numbers(tmp_path: Path) -> None:

@@ -56,35 +56,7 @@ def ball(sense: int = 1) -> Automaton:
     return _automaton(f"ball{'' if sense > 0 else '_below'}", {z: w, w: sense * (lift - gravity)}, table, bounce)
 
 
-def buck() -> Automaton:
-    """Buck converter under voltage control: a ramp from 3.8 to 8.2 V every T; the source is on below it."""
-    v, i, ramp = (
-        State("v", "V", "voltage", start=12.0),
-        State("i", "A", "current", start=0.55),
-        State("r", "V", "ramp", start=5.0),
-    )
-    R, L, C = (
-        Parameter("R", 22.0, "ohm", "load"),
-        Parameter("L", 20e-3, "H", "coil"),
-        Parameter("C", 47e-6, "F", "capacity"),
-    )
-    source, period = Parameter("E", 24.0, "V", "source"), Parameter("T", 400e-6, "s", "period")
-    gain, wanted = Parameter("a", 8.4, "1", "gain"), Parameter("Vref", 11.3, "V", "wanted voltage")
-    low, high = Parameter("low", 3.8, "V", "ramp from"), Parameter("high", 8.2, "V", "ramp to")
-    tick = Switch(name="tick", function=high - ramp, unit="V")
-    comparator = Switch(name="comparator", function=ramp - gain * (v - wanted), unit="V")
-    on = (1 + comparator.sign) / 2
-    flows = {v: -v / (R * C) + i / C, i: (source * on - v) / L, ramp: (high - low) / period}
-    return _automaton("buck", flows, tick, Reset(tick, "+", {ramp: low}), comparator)
-
-
-def _automaton(name: str, flows: Any, switch: Switch, reset: Reset, *others: Switch) -> Automaton:
+def _automaton(name: str, flows: Any, switch: Switch, reset: Reset) -> Automaton:
     return Automaton(
-        name=name,
-        title=name,
-        source="closed form",
-        states=list(flows),
-        flows=flows,
-        switches=[switch, *others],
-        resets=[reset],
+        name=name, title=name, source="closed form", states=list(flows), flows=flows, switches=[switch], resets=[reset]
     )

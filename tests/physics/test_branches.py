@@ -9,6 +9,7 @@ from pathlib import Path
 import hinge_flows
 import numpy as np
 import pytest
+import sympy
 from mechanisms import opened
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
@@ -188,6 +189,17 @@ def test_a_closed_loop_of_a_map():
     assert [(one.kind, one.value) for one in found.special] == [("fold", pytest.approx(v, abs=1e-11)) for v in (2, -2)]
     assert found.values**2 / 4 + found.points[:, 0] ** 2 == pytest.approx(np.ones(len(found.values)), abs=1e-11)
     assert found.multipliers[:, 0].real == pytest.approx(1 - found.points[:, 0] / 2, abs=1e-11)
+
+
+def test_a_loop_that_goes_once_round_an_angle_is_closed():
+    """x -> x + Omega - K/(2 pi) sin(2 pi x) mod 1: fixed points at Omega = K/(2 pi) sin(2 pi x)."""
+    omega, x = Parameter("omega", 0.0, "1", "turns"), State("x", "1", "angle", start=0.1)
+    rule = {x: x + omega - sympy.Rational(2, 5) / sympy.pi * sympy.sin(2 * sympy.pi * x)}
+    circle = Map(name="circle", title="c", source="here", states=[x], rule=rule, modulus={x: sympy.Integer(1)})
+    found = branch(Iteration.of(circle), "omega", (-0.2, 0.2), settle=True)
+    assert [kind for kind, _ in found.ends] == ["closed", "closed"]
+    edge = 0.4 / np.pi
+    assert [one.value for one in found.special] == pytest.approx([edge, -edge], rel=1e-12)
 
 
 def test_what_branches_off_stick_slip(stick_slip):

@@ -1,34 +1,20 @@
 """Resets as events and sections: integrate-and-fire neuron, rimless wheel, against their closed forms.
 
 Sources: Keener, Hoppensteadt and Rinzel, SIAM Journal on Applied Mathematics 41 (1981) (locking of the neuron);
-McGeer, International Journal of Robotics Research 9 (1990) (the wheel); Fossas and Olivar, IEEE Transactions on
-Circuits and Systems I 43 (1996) (the converter).
+McGeer, International Journal of Robotics Research 9 (1990) (the wheel).
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 from mechanisms import opened
-from resetting import buck, neuron, wheel
-from scipy.linalg import expm
+from resetting import neuron, wheel
 from scipy.optimize import root_scalar
 
-from fmu_models import (
-    Impacts,
-    SensitiveRun,
-    Strobe,
-    basins,
-    branch,
-    branches,
-    homoclinic,
-    lyapunov,
-    orbit_diagram,
-    simulate,
-)
+from fmu_models import Impacts, SensitiveRun, Strobe, basins, branch, homoclinic, lyapunov, orbit_diagram, simulate
 from fmu_models.simulation.results import read_trajectory, write_trajectory
 
 # of the neuron at I = 1.2, driven with the period 1.6
@@ -141,36 +127,3 @@ def test_tangents_go_through_resets(rolling, firing):
     spikes = SensitiveRun(firing, by=["I"]).run([8.0], start={"V": 0.0})
     slope = 1 / CURRENT - 1 / (CURRENT - 1)
     assert spikes.event_derivative[:, 0] == pytest.approx(slope * np.arange(1, 5), rel=1e-11)
-
-
-def flip_of_buck() -> float:
-    """E at which the motion of period T has the multiplier -1, by exponentials of both modes."""
-    R, L, C, T, a, wanted, low, slope = 22.0, 20e-3, 47e-6, 400e-6, 8.4, 11.3, 3.8, 4.4 / 400e-6
-    A = np.array([[-1 / (R * C), 1 / C], [-1 / L, 0.0]])
-
-    def cycle(E: float, d: float) -> np.ndarray:
-        """At the tick, off for d and on for the rest of T."""
-        rest = expm(A * (T - d))
-        return np.linalg.solve(np.eye(2) - expm(A * T), (np.eye(2) - rest) @ [E, E / R])
-
-    def determinant(E: float) -> Any:
-        def above(d: float) -> Any:
-            return a * ((expm(A * d) @ cycle(E, d))[0] - wanted) - low - slope * d
-
-        d = root_scalar(above, bracket=(1e-6, T - 1e-6), xtol=1e-18).root
-        x = expm(A * d) @ cycle(E, d)
-        jump = np.array([0.0, E / L])
-        saltation = np.eye(2) + np.outer(jump, [-a, 0.0]) / (slope - a * (A @ x)[0])
-        return np.linalg.det(expm(A * (T - d)) @ saltation @ expm(A * d) + np.eye(2))
-
-    return root_scalar(determinant, bracket=(24.0, 25.0), xtol=1e-12).root
-
-
-def test_a_converter_doubles_its_period_where_published():
-    fmu = opened(buck())
-    followed = branches(Strobe(fmu, period=400e-6, autonomous=True), "E", (24.0, 31.5), settle=True, longest=2)
-    flips = [special.value for line in followed.branches for special in line.special if special.kind == "flip"]
-    assert flips == [pytest.approx(flip_of_buck(), rel=1e-9), pytest.approx(31.12, abs=5e-3)]
-    assert flips[0] == pytest.approx(24.516, abs=1e-3)
-    sweep = orbit_diagram(Impacts(fmu, "tick"), "E", [24.0, 26.0, 31.5, 33.0], transient=2000)
-    assert sweep.periods.tolist() == [[1, 2, 4, 0]]

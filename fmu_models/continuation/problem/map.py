@@ -99,6 +99,13 @@ class MapProblem(Problem):
             x = self.map.at(**self.values(z)).step(x, derivative=False).points
         return np.append(x[0], z[n:])
 
+    def beside(self, z: Vector, other: Vector) -> Vector:
+        moved = z.copy()
+        angles = np.flatnonzero(np.isfinite(self.map.turns))
+        turns = self.map.turns[angles]
+        moved[angles] += turns * np.rint((other - z)[angles] / turns)
+        return moved
+
     def told(self) -> dict[str, Any]:
         return {"period": self.period}
 

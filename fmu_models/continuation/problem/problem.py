@@ -291,6 +291,10 @@ class Problem(ABC):
         """z of the same motion at another phase, or so many steps later."""
         return z
 
+    def beside(self, z: Vector, other: Vector) -> Vector:
+        """z with angles by as many whole turns away from their own value as bring it nearest to another motion."""
+        return z
+
     def multipliers(self, monodromy: Vector) -> Complex:
         """(n,) largest first."""
         eigenvalues: Complex = np.linalg.eigvals(monodromy).astype(complex)

@@ -124,7 +124,7 @@ def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
         alone = None if placed is None else _alone(placed)
         if alone is None:
             return None
-        z = min(images(alone, problem), key=lambda image: float(np.abs(image / scales - touch.u).max()))
+        z = min(images(alone, node), key=lambda image: float(np.abs(image / scales - touch.u).max()))
         seen = look(problem, z)
         event = None if seen is None else new_event(seen, node.seen, miss)
         if seen is None or event is None:

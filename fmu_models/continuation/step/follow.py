@@ -299,7 +299,7 @@ class Follower:
         if len(nodes) < 8 or node.word != self.begin.word or node.problem is not nodes[-2].problem:
             return False
         before = nodes[-2]
-        begins = images(self.begin, node.problem)
+        begins = images(self.begin, node)
         z = next((candidate for candidate in begins if between(before, node, candidate / node.scales)), None)
         seen = None if z is None else look(node.problem, z)
         if z is None or seen is None:
@@ -367,7 +367,7 @@ class Follower:
             if finding.touch is None or finding.touch.miss.contact != touch.miss.contact:
                 continue
             if abs(finding.touch.u[-1] - touch.u[-1]) < 1e-8 and finding.node.word == touch.node.word:
-                begins = images(finding.touch.node, touch.node.problem)
+                begins = images(finding.touch.node, touch.node)
                 distances = [np.abs(z / touch.node.scales - touch.node.u).max() for z in begins]
                 if min(distances) < CLOSED:
                     self.way.findings.pop()

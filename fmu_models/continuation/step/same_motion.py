@@ -43,11 +43,12 @@ def _ahead(node: Node, problem: Problem, z: Vector) -> Vector:
     raise Lost("it has no neighbour")
 
 
-def images(node: Node, problem: Problem) -> Iterator[Vector]:
-    """The same motion at the phase of a problem, begun one period of the forcing later and later."""
-    yield turned(problem, node)
+def images(node: Node, other: Node) -> Iterator[Vector]:
+    """The same motion at the phase of another, begun one period of the forcing later and later; angles on its lap."""
+    problem = other.problem
+    yield problem.beside(turned(problem, node), other.z)
     for later in range(1, problem.turns):
-        yield node.problem.shifted(node.z, node.seen, problem.phase + later)
+        yield problem.beside(node.problem.shifted(node.z, node.seen, problem.phase + later), other.z)
 
 
 def between(before: Node, after: Node, u: Vector) -> bool:
@@ -68,12 +69,12 @@ def passes(nodes: Sequence[Node], node: Node) -> bool:
     near = CLOSED * node.scales[-1]
     neighbours = [other for other in nodes if other.word == node.word and abs(other.value - node.value) <= near]
     for other in neighbours:
-        if any(np.abs(z / other.scales - other.u).max() <= CLOSED for z in images(node, other.problem)):
+        if any(np.abs(z / other.scales - other.u).max() <= CLOSED for z in images(node, other)):
             return True
     for before, after in pairwise(nodes):
         same = before.word == after.word == node.word and before.problem is after.problem
         if not same or not min(before.value, after.value) - 1e-9 <= node.value <= max(before.value, after.value) + 1e-9:
             continue
-        if any(between(before, after, z / before.scales) for z in images(node, before.problem)):
+        if any(between(before, after, z / before.scales) for z in images(node, before)):
             return True
     return False

@@ -18,6 +18,7 @@ static const double SAME = 1e-6;
 static RunStatus forcing_values(Run *r, double time, double *values)
 {
     r->at.time = time;
+    run_place_signals(r);
     run_touched(r);
     return exchange_derivatives(r, values) == RUN_ERROR ? RUN_ERROR : exchange_indicators(r, values + MODEL_NX);
 }
@@ -34,6 +35,7 @@ RunStatus forcing_check(Run *r, double period)
         told = forcing_values(r, time, now[k]) == RUN_OK && forcing_values(r, time + period, later[k]) == RUN_OK;
     }
     r->at.time = start;
+    run_place_signals(r);
     run_touched(r);
     memcpy(r->at.known, known, sizeof known);
     for (int i = 0; i < WATCHED && told; i++) {

@@ -231,7 +231,7 @@ static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *mem
         if (e->in_lanes) e->in_lanes[i] = 0;
         t->loaded = i;
         Outcome outcome = journey_start(job, i, memory);
-        int steady = 1;
+        int steady = MODEL_NS == 0;
         for (int k = 0; k < MODEL_NU; k++)
             steady &= r->at.du[k] == 0.0;
         if (outcome == OUTCOME_FINISHED) outcome = bounded(e, r->at.x);

@@ -5,6 +5,7 @@
  *     advance(t):  until the present segment covers t: go to its end; resolve the event that waits there; next segment
  *                  then evaluate the segment at t and keep it, so that many short calls cost no more than one long one
  *     An event at t itself is resolved: segments are half-open, (start, end].
+ *     no segment goes beyond the next knot of a signal; there, at t itself too: its new piece, and contacts anew
  *
  * The way of an event runs down: a step (taylor.c) ends where an indicator falls (event_location.c); the transition
  * there (transition.c) asks where contacts are (contact_placement.c) and which are held from then on
@@ -165,7 +166,7 @@ void run_move_inside(Run *r, double time, double since_start)
 
 double run_step_limit(const Run *r, double end)
 {
-    return fmin(LOOK_AHEAD * (fmax(end, r->goal) - r->at.time), r->horizon - r->at.time);
+    return fmin(LOOK_AHEAD * (fmax(end, r->goal) - r->at.time), fmin(r->horizon, r->tick) - r->at.time);
 }
 
 /* go to the next crossing of the section on the present segment, up to a time since its start; 0 if there is none */
@@ -204,9 +205,9 @@ RunStatus run_check_pace(Run *r)
         r->at.time, left, (double)steps / passed * left, passed / (double)steps);
 }
 
-RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
+/* advance up to the next knot of a signal, at most */
+static RunStatus advance_on_pieces(Run *r, double t, int stop_at_event, EventSink sink, void *context)
 {
-    if (!(t >= r->at.time)) return run_fail(r, "time cannot go back from %.17g to %.17g", r->at.time, t);
     double rest;
     while (r->at.time < t || (r->segment_valid && r->segment_event && run_segment_end(r, &rest) <= t)) {
         if (!r->segment_valid) {
@@ -234,6 +235,19 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
         if (stop_at_event && r->events > events) return RUN_EVENT;
     }
     return run_check_finite(r, "state", r->at.x, MODEL_NX);
+}
+
+RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context)
+{
+    if (!(t >= r->at.time)) return run_fail(r, "time cannot go back from %.17g to %.17g", r->at.time, t);
+    for (;;) {
+        RunStatus status = advance_on_pieces(r, fmin(t, r->tick), stop_at_event, sink, context);
+        const long events = r->events;
+        if ((status != RUN_OK && status != RUN_EVENT) || r->at.time < r->tick) return status;
+        if (transition_tick(r, sink, context) == RUN_ERROR) return RUN_ERROR;
+        if (status == RUN_EVENT || (stop_at_event && r->events > events)) return RUN_EVENT;
+        if (r->at.time >= t) return RUN_OK;
+    }
 }
 
 RunStatus run_outputs(Run *r, double *y)

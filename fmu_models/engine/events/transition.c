@@ -14,6 +14,7 @@
  *                 all that stick or are closed (another contact's change can tear them loose), and those at rest, at
  *                 their wall or in slip, only because others hold the same motion
  *     choose:     mode_selection.c; then the clocks of contacts that begin or end to stick start anew
+ *     tick:       jumps and bends of signals, whose times are known: resets that a jump takes through zero, then reconsider
  *     settle:     an impact in the tail of a chatter is the last: its contacts are held from here on (chatter.c)
  *
  * Changes at one instant are bounded; beyond the bound the run stops and names the contact (accumulation.c).
@@ -153,12 +154,12 @@ static void restart_clocks(Run *r, const signed char *before, int *moved)
     }
 }
 
-RunStatus transition_reconsider(Run *r, int *moved)
+/* whom an instant has taken where; what has happened there before stays noted */
+static RunStatus reconsider(Run *r, int *moved)
 {
     const signed char at_limit[NC] = {0};
     signed char candidate[NC] = {0}, resting[NC], arrives[NC] = {0}, before[NC];
     int any = 0;
-    forget_event(r);
     memcpy(before, r->at.state, sizeof before);
     placement_all(r, candidate, resting);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
@@ -177,6 +178,12 @@ RunStatus transition_reconsider(Run *r, int *moved)
         return RUN_ERROR;
     if (!r->starting) restart_clocks(r, before, moved);
     return any ? chatter_settle(r, moved) : RUN_OK;
+}
+
+RunStatus transition_reconsider(Run *r, int *moved)
+{
+    forget_event(r);
+    return reconsider(r, moved);
 }
 
 /* states jump where the contact's switching function reaches zero from the side it was on */
@@ -340,6 +347,32 @@ void transition_tell(const Run *r, const signed char *before, EventSink sink, vo
     double work = r->impact_work;
     for (int c = 0; c < MODEL_NC; c++)
         if (told(r, c, before[c], &work, &event)) sink(context, &event);
+}
+
+RunStatus transition_tick(Run *r, EventSink sink, void *context)
+{
+    signed char before[NC];
+    int moved = 0;
+    ContactEvent event;
+    double work;
+    memcpy(before, r->at.state, sizeof before);
+    run_touched(r);
+    placement_note_slips(r);
+    run_place_signals(r);
+    forget_event(r);
+    placement_load(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int over = r->at.state[c] == CONTACT_SLIP_PLUS    ? r->scratch.slip[c][0] < 0.0
+                         : r->at.state[c] == CONTACT_SLIP_MINUS ? r->scratch.slip[c][0] > 0.0
+                                                                : 0;
+        if (over && (model_contact_resets[c] & 3)) jump(r, c, &moved);
+    }
+    if (reconsider(r, &moved) == RUN_ERROR) return RUN_ERROR;
+    work = r->impact_work;
+    for (int c = 0; c < MODEL_NC; c++)
+        r->events += told(r, c, before[c], &work, &event);
+    if (sink) transition_tell(r, before, sink, context);
+    return RUN_OK;
 }
 
 RunStatus transition_resolve(Run *r, EventSink sink, void *context)

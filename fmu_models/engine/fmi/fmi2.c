@@ -109,8 +109,8 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
         return fmi2Error;
     if (iteration_update(c, __func__, &changed)) return fmi2Error;
     /* the engine iterates to a fixed point itself: one call is enough */
-    *info = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, changed, MODEL_IS_MAP, 0.0};
-    if (MODEL_IS_MAP) info->nextEventTime = iteration_next(&((Instance *)c)->core);
+    const double next = iteration_next(&((Instance *)c)->core);
+    *info = (fmi2EventInfo){fmi2False, fmi2False, fmi2False, changed, isfinite(next), isfinite(next) ? next : 0.0};
     return fmi2OK;
 }
 

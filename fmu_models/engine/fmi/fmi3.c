@@ -116,8 +116,9 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *need_update, fm
     /* the engine iterates to a fixed point itself: one call is enough */
     *need_update = *terminate = *nominals_changed = false;
     *states_changed = changed != 0;
-    *next_event_defined = MODEL_IS_MAP;
-    *next_event = MODEL_IS_MAP ? iteration_next(&((Instance *)c)->core) : 0.0;
+    const double next = iteration_next(&((Instance *)c)->core);
+    *next_event_defined = isfinite(next) != 0;
+    *next_event = *next_event_defined ? next : 0.0;
     return fmi3OK;
 }
 

@@ -11,6 +11,7 @@
 #include "../events/model_exchange.h"
 #include "../events/run.h"
 #include "../events/transition.h"
+#include "../model/signals.h"
 #include "../model/traps.h"
 
 Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),
@@ -276,6 +277,9 @@ Status instance_resolve(Instance *m, const char *function)
     if (exchange_event(&core->run, &moved) == RUN_ERROR) return instance_failed(m, function);
     transition_tell(&core->run, before, instance_note, m);
     core->event_moved |= moved;
+    if (core->run.tick > core->run.at.time) return STATUS_OK;
+    if (transition_tick(&core->run, instance_note, m) == RUN_ERROR) return instance_failed(m, function);
+    core->event_moved = 1; /* the rates may have jumped */
     return STATUS_OK;
 }
 
@@ -309,6 +313,7 @@ Status instance_set_time(Instance *m, const char *function, double time)
     if (!isfinite(time)) return instance_refuse(m, "%s: the time is not finite", function);
     if (time == m->core.run.at.time) return STATUS_OK;
     m->core.run.at.time = time;
+    signals_load(&m->core.run.at);
     run_touched(&m->core.run);
     return STATUS_OK;
 }

@@ -11,7 +11,7 @@
 double iteration_next(Core *core)
 {
     TRAPS_REST;
-    if (!MODEL_IS_MAP) return INFINITY;
+    if (!MODEL_IS_MAP) return core->co_simulation ? INFINITY : core->run.tick;
     const double period = model_period(core->run.at.p);
     if (period != core->period) {
         core->first_step += (double)core->iterations * core->period;

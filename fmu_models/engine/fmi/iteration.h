@@ -10,7 +10,8 @@
 
 #include "instance.h"
 
-/* time of the next step; infinite if the model is no map */
+/* time of the next event that is known beforehand: the step of a map, the knot of a signal in Model Exchange; else
+   infinite */
 double iteration_next(Core *core);
 /* instance_update, and all steps that are due at the present time */
 Status iteration_update(Instance *m, const char *function, int *changed);

@@ -44,8 +44,9 @@ int variables_clock(int i, int *tick)
 
 Kind variables_locate(uint32_t vr, int *index)
 {
-    const int counts[] = {1,        MODEL_NP, MODEL_NU, MODEL_NU, MODEL_NX, variables_memory_contact(MODEL_NC),
-                          MODEL_NX, MODEL_NY, MODEL_NC, MODEL_NI};
+    const int counts[] = {
+        1,        MODEL_NP, MODEL_SET_INPUTS, MODEL_SET_INPUTS, MODEL_NX, variables_memory_contact(MODEL_NC),
+        MODEL_NX, MODEL_NY, MODEL_NC,         MODEL_NI};
     long rest = (long)vr - 1;
     for (int kind = TIME; kind < CLOCK; kind++) {
         if (rest >= 0 && rest < counts[kind]) {
@@ -65,7 +66,7 @@ Kind variables_locate(uint32_t vr, int *index)
 uint32_t variables_rate_of(uint32_t vr)
 {
     int i;
-    return variables_locate(vr, &i) == INPUT ? vr + MODEL_NU : 0;
+    return variables_locate(vr, &i) == INPUT ? vr + MODEL_SET_INPUTS : 0;
 }
 
 int variables_is_intermediate(uint32_t vr)

@@ -34,7 +34,8 @@
  * MODEL_NQ   coordinates                  MODEL_NV   velocities, or all states of a system without a body
  * MODEL_NZ   internal states of laws      MODEL_NI   event indicators
  * MODEL_NC   contacts                     MODEL_NP   parameters
- * MODEL_NU   inputs                       MODEL_NY   outputs
+ * MODEL_NU   inputs, the signals behind   MODEL_NY   outputs
+ * MODEL_NS   periodic signals             MODEL_NK   the most knots that one of them has
  * MODEL_ND   constants derived from the parameters
  * MODEL_NW   intermediate results that need Taylor coefficients
  * MODEL_NR   of them, reciprocals
@@ -119,6 +120,9 @@ extern const short model_contact_partner[MODEL_ROOM(
 extern const unsigned char model_contact_clocks[MODEL_ROOM(MODEL_NC)]; /* the ticks of the clocks that it has */
 extern const unsigned char
     model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */
+
+/* inputs that are set from outside; signals, which the model drives itself, are behind them */
+enum { MODEL_SET_INPUTS = MODEL_NU - MODEL_NS };
 
 static inline int contact_may_rest(int c) { return MODEL_RESTS && (model_contact_resets[c] & 8); }
 

@@ -79,7 +79,9 @@ typedef struct {
     Real p[MODEL_ROOM(MODEL_NP)];
     Real d[MODEL_ROOM(MODEL_ND)];
     Real u[MODEL_ROOM(MODEL_NU)];
-    Real du[MODEL_ROOM(MODEL_NU)]; /* rates of the inputs, constant over a step */
+    Real du[MODEL_ROOM(MODEL_NU)];      /* rates of the inputs, constant over a step */
+    double cycle[MODEL_ROOM(MODEL_NS)]; /* of each signal, whole periods since its start */
+    short piece[MODEL_ROOM(MODEL_NS)];  /* and the knot behind it */
     Real x[MODEL_ROOM(MODEL_NX)];
     signed char state[MODEL_ROOM(MODEL_NC)];        /* ContactState */
     Real memory[MODEL_ROOM(MODEL_NC)];              /* speed at which a stop was last entered, 0: never; the largest
@@ -89,6 +91,14 @@ typedef struct {
     signed char known[MODEL_ROOM(MODEL_NC)][SLOTS]; /* leading coefficients of the indicators known to be zero */
     Sticking sticking;
 } Point;
+
+/* a periodic signal: lines between its knots, whose places are in parts of the period */
+typedef struct {
+    Real period, start, place[MODEL_ROOM(MODEL_NK)], value[MODEL_ROOM(MODEL_NK)];
+} Signal;
+
+/* the knots of signal c; returns how many */
+int model_signal(const Real *p, const Real *d, int c, Signal *s);
 
 /* constants derived from the parameters: d has MODEL_ND entries */
 void model_prepare(const Real *p, Real *d);

@@ -1,6 +1,8 @@
 /* The state of a run: start values, and what an error says. */
 #include "run_state.h"
 
+#include "signals.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 
@@ -52,12 +54,38 @@ void run_parameters_changed(Run *r)
     model_prepare(r->at.p, r->at.d);
     model_inertia(r->at.p, r->at.d, &r->jets, 0);
     model_inertia(r->at.p, r->at.d, &r->scratch, 0);
+    run_place_signals(r);
+}
+
+/* the piece of signal i, from the knot at or before a time up to the next; returns when that comes */
+static double place_signal(Point *at, int i, double time)
+{
+    Signal s;
+    const int last = model_signal(at->p, at->d, i, &s) - 1;
+    int k = last;
+    if (!(s.period > 0.0)) return INFINITY;                  /* refused before anything moves */
+    double cycle = floor((time - s.start) / s.period) + 1.0; /* one too late at least, whatever rounding does */
+    while (signals_knot(at, i, cycle, 0) > time)
+        cycle -= 1.0;
+    while (k > 0 && (k == last || signals_knot(at, i, cycle, k) > time))
+        k--;
+    at->cycle[i] = cycle;
+    at->piece[i] = (short)k;
+    return signals_knot(at, i, cycle, k + 1);
+}
+
+void run_place_signals(Run *r)
+{
+    r->tick = INFINITY;
+    for (int i = 0; i < MODEL_NS; i++)
+        r->tick = fmin(r->tick, place_signal(&r->at, i, r->at.time));
+    signals_load(&r->at);
 }
 
 void run_shift_time(Run *r, double by)
 {
-    double *const times[] = {&r->at.time,    &r->horizon,    &r->segment_start, &r->accumulation_start,
-                             &r->last_event, &r->paced_time, &r->pace_start,    &r->goal};
+    double *const times[] = {&r->at.time,    &r->horizon,    &r->tick,       &r->segment_start, &r->accumulation_start,
+                             &r->last_event, &r->paced_time, &r->pace_start, &r->goal};
     for (size_t i = 0; i < sizeof times / sizeof *times; i++)
         *times[i] += by;
     for (int c = 0; c < MODEL_NC; c++) {
@@ -65,6 +93,12 @@ void run_shift_time(Run *r, double by)
         r->closings[c].struck += by;
         r->closings[c].closed += by;
     }
+    for (int i = 0; i < MODEL_NS; i++) {
+        Signal s;
+        model_signal(r->at.p, r->at.d, i, &s);
+        r->at.cycle[i] += round(by / s.period);
+    }
+    if (!(r->tick > r->at.time)) r->tick = nextafter(r->at.time, INFINITY); /* rounding has taken what was left */
 }
 
 void run_reset(Run *r)

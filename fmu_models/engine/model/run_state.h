@@ -81,6 +81,7 @@ typedef struct {
     Tolerances tolerances;
     Point at;       /* where the run is */
     double horizon; /* no step reaches beyond: the next knot of an input, or infinity */
+    double tick;    /* the next knot of a signal, or infinity */
     /* the Taylor step in use: valid on [start, start + length] */
     int segment_valid, segment_order;
     int segment_event;                                /* an event waits at its end */
@@ -133,6 +134,8 @@ extern const Tolerances run_default_tolerances;
 void run_reset(Run *r);
 /* after any write to p, u, du, x or time: forget the step in use (p: derive the constants anew) */
 void run_parameters_changed(Run *r);
+/* signals on the pieces that begin or go on at the present time, and their next knot */
+void run_place_signals(Run *r);
 void run_touched(Run *r);
 /* the same run at a time that is later by so much, for a motion whose forcing is the same there: every time that a run
    keeps moves with it */

@@ -6,6 +6,7 @@
 #define Jets KIND(Jets)
 #define Sticking KIND(Sticking)
 #define Point KIND(Point)
+#define Signal KIND(Signal)
 #define stick_bound KIND(stick_bound)
 #define stick_mirror KIND(stick_mirror)
 #define stick_scale KIND(stick_scale)
@@ -21,6 +22,7 @@
 #define model_internal KIND(model_internal)
 #define model_outputs KIND(model_outputs)
 #define model_reset KIND(model_reset)
+#define model_signal KIND(model_signal)
 #define model_restitution KIND(model_restitution)
 #define model_friction KIND(model_friction)
 

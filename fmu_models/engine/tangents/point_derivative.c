@@ -33,7 +33,10 @@ void point_derivative(const Run *r, const Direction *along, void *room, double *
     memcpy(at->state, r->at.state, sizeof at->state);
     memcpy(at->settles, r->at.settles, sizeof at->settles);
     memcpy(at->known, r->at.known, sizeof at->known);
+    memcpy(at->cycle, r->at.cycle, sizeof at->cycle);
+    memcpy(at->piece, r->at.piece, sizeof at->piece);
     model_prepare(at->p, at->d);
+    signals_load(at);
     flow_load(at, j, 0);
     model_inertia(at->p, at->d, j, 0);
     flow_field(at, j, 0, 0);

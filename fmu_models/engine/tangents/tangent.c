@@ -32,6 +32,9 @@
 #include "tangent_event.h"
 #include "tangent_step.h"
 
+/* of the times of knots at one instant: by so much of themselves their derivatives may differ by rounding */
+static const double SAME_KNOT = 1e-6;
+
 static int pairs(int n) { return (n + PAIR - 1) / PAIR; }
 
 size_t tangents_room(int n)
@@ -128,10 +131,11 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 {
     double rest;
     if (!r->segment_valid) {
+        end = fmin(end, r->tick);
         if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end)) == RUN_ERROR) return RUN_ERROR;
         if (tangents_fit_step(r, tangents) == RUN_ERROR) return RUN_ERROR;
     }
-    *until = fmin(end, run_segment_end(r, &rest));
+    *until = fmin(fmin(end, r->tick), run_segment_end(r, &rest));
     return RUN_OK;
 }
 
@@ -196,25 +200,60 @@ void tangents_choose(const Run *r, Tangents *tangents)
             t->at.u[i] = r->at.u[i] + cimag(t->at.u[i]) * _Complex_I;
             t->at.du[i] = r->at.du[i];
         }
+        tangent_load_signals(r, t);
         tangent_repeat_event(r, t);
     }
 }
 
+/* a tangent to where its time is another by so little */
+static void move_by(Tangent *t, Real since)
+{
+    if (cimag(since) == 0.0) return;
+    flow_load(&t->at, &t->jets, 0);
+    flow_field(&t->at, &t->jets, 0, 0);
+    flow_extend(&t->jets, 1, 0);
+    for (int i = 0; i < MODEL_NX; i++)
+        t->at.x[i] += t->jets.x[i][1] * since;
+    for (int i = 0; i < MODEL_NU; i++)
+        t->at.u[i] += t->at.du[i] * since;
+    t->at.time += since;
+}
+
 void tangents_hold(Tangents *tangents)
 {
-    for (int k = 0; k < tangents->count; k++) {
-        Tangent *t = &tangents->list[k];
-        const Real since = since_start(t, 0.0);
-        if (cimag(since) == 0.0) continue;
-        flow_load(&t->at, &t->jets, 0);
-        flow_field(&t->at, &t->jets, 0, 0);
-        flow_extend(&t->jets, 1, 0);
-        for (int i = 0; i < MODEL_NX; i++)
-            t->at.x[i] += t->jets.x[i][1] * since;
-        for (int i = 0; i < MODEL_NU; i++)
-            t->at.u[i] += t->at.du[i] * since;
-        t->at.time = creal(t->at.time);
+    for (int k = 0; k < tangents->count; k++)
+        move_by(&tangents->list[k], since_start(&tangents->list[k], 0.0));
+}
+
+/* a tangent to the knot that the run has come to, which its parameters move */
+static void shift_to_tick(const Run *r, Tangent *t)
+{
+    int met = 0;
+    for (int i = 0; i < MODEL_NS; i++) {
+        const Real due = signals_knot(&t->at, i, r->at.cycle[i], r->at.piece[i] + 1);
+        if (creal(due) - r->at.time > 4.0 * DBL_EPSILON * fabs(r->at.time)) continue;
+        const Real since = (cimag(due) - cimag(t->at.time)) * _Complex_I;
+        if (!met)
+            move_by(t, since);
+        else
+            t->corner |= fabs(cimag(since)) > SAME_KNOT * fabs(cimag(due));
+        met = 1;
     }
+    t->untimed = !met;
+    t->speed = t->speed_change = NAN;
+}
+
+/* signals over their knots, for the run and each tangent at its own time */
+static RunStatus pass_tick(Run *r, Tangents *tangents, EventSink sink, void *context)
+{
+    for (int k = 0; k < tangents->count; k++)
+        shift_to_tick(r, &tangents->list[k]);
+    if (transition_tick(r, sink, context) == RUN_ERROR) return RUN_ERROR;
+    for (int k = 0; k < tangents->count; k++) {
+        tangent_load_signals(r, &tangents->list[k]);
+        tangent_repeat_event(r, &tangents->list[k]);
+    }
+    return RUN_OK;
 }
 
 void tangents_place(const Run *r, Tangents *tangents, int k, const double *direction)
@@ -226,6 +265,7 @@ void tangents_place(const Run *r, Tangents *tangents, int k, const double *direc
     for (int c = 0; c < MODEL_NC; c++)
         at->memory[c] = r->at.memory[c] + EPS * direction[MODEL_NX + c] * _Complex_I;
     at->time = r->at.time + EPS * direction[MODEL_NX + MODEL_NC] * _Complex_I;
+    tangent_load_signals(r, &tangents->list[k]);
 }
 
 void tangents_read(const Tangents *tangents, int k, double *direction)
@@ -250,6 +290,7 @@ static const char *falling_contact(const Run *r)
 RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, void *context)
 {
     double rest;
+    end = fmin(end, r->tick);
     const int inside = run_segment_end(r, &rest) > end;
     const int at_event = !inside && r->segment_event;
     const double length = inside ? (end - r->segment_start) - r->jets.time_rest : r->segment_length;
@@ -288,6 +329,7 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
                             LARGEST, r->at.time);
         }
     }
+    if (r->tick <= r->at.time && pass_tick(r, tangents, sink, context) == RUN_ERROR) return RUN_ERROR;
     return run_check_finite(r, "state", r->at.x, MODEL_NX);
 }
 

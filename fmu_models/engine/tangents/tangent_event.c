@@ -22,8 +22,10 @@ void tangent_rejoin(const Run *r, Tangent *t)
         t->at.x[i] = joined(r->at.x[i], t->at.x[i]);
     for (int i = 0; i < MODEL_NU; i++) {
         t->at.u[i] = joined(r->at.u[i], t->at.u[i]);
-        t->at.du[i] = r->at.du[i];
+        t->at.du[i] = joined(r->at.du[i], t->at.du[i]);
     }
+    memcpy(t->at.cycle, r->at.cycle, sizeof t->at.cycle);
+    memcpy(t->at.piece, r->at.piece, sizeof t->at.piece);
     for (int c = 0; c < MODEL_NC; c++)
         t->at.memory[c] = joined(r->at.memory[c], t->at.memory[c]);
     t->at.time = joined(r->at.time, t->at.time);
@@ -31,6 +33,13 @@ void tangent_rejoin(const Run *r, Tangent *t)
     memcpy(t->at.state, r->at.state, sizeof t->at.state);
     memcpy(t->at.settles, r->at.settles, sizeof t->at.settles);
     memcpy(t->at.known, r->at.known, sizeof t->at.known);
+}
+
+void tangent_load_signals(const Run *r, Tangent *t)
+{
+    memcpy(t->at.cycle, r->at.cycle, sizeof t->at.cycle);
+    memcpy(t->at.piece, r->at.piece, sizeof t->at.piece);
+    signals_load(&t->at);
 }
 
 /* the impact with the impulses that the run has found to fit */

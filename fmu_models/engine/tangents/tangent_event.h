@@ -9,4 +9,7 @@ void tangent_rejoin(const Run *r, Tangent *t);
 /* what the run has done to its contacts and states at this instant */
 void tangent_repeat_event(const Run *r, Tangent *t);
 
+/* signals of the tangent on the pieces of the run, at the tangent's own time */
+void tangent_load_signals(const Run *r, Tangent *t);
+
 #endif

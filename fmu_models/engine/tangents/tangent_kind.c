@@ -5,6 +5,7 @@
 #include "../model/mass_matrix.h"
 
 #include "../model_kind.c"
+#include "../model/signals.c"
 #include "../step/contact_factor.c"
 #include "../step/contact_forces.c"
 #include "../step/flow.c"

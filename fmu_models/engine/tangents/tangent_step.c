@@ -15,8 +15,10 @@ static void load_variations(Tangents *tangents)
         Variation *l = variation_of(tangents, k);
         const int lane = k % PAIR;
         l->t[0][lane] = cimag(at->time) / EPS;
-        for (int i = 0; i < MODEL_NU; i++)
+        for (int i = 0; i < MODEL_NU; i++) {
             l->u[i][0][lane] = cimag(at->u[i]) / EPS;
+            l->du[i][0][lane] = cimag(at->du[i]) / EPS;
+        }
         for (int i = 0; i < MODEL_NX; i++)
             l->x[i][0][lane] = cimag(at->x[i]) / EPS;
         for (int c = 0; c < MODEL_NC; c++)

@@ -21,9 +21,9 @@ enum {
     CROSSINGS = 256,
     MOST_ITERATIONS = 1000, /* of an instant, per contact: Tolerances */
     EVENTS = 2048 + MOST_ITERATIONS * NC,
-    COLUMNS = 1 + MODEL_NX + MODEL_NC + MODEL_NY + MODEL_NC,  /* at most: not every contact has a memory */
-    SETTABLE = MODEL_NP + 2 * MODEL_NU + MODEL_NX + MODEL_NC, /* the same */
-    FIRST_SETTABLE = 2                                        /* reference of the first parameter; time is 1 */
+    COLUMNS = 1 + MODEL_NX + MODEL_NC + MODEL_NY + MODEL_NC,          /* at most: not every contact has a memory */
+    SETTABLE = MODEL_NP + 2 * MODEL_SET_INPUTS + MODEL_NX + MODEL_NC, /* the same */
+    FIRST_SETTABLE = 2                                                /* reference of the first parameter; time is 1 */
 };
 
 static struct {
@@ -44,7 +44,8 @@ static int column_count(void) { return COLUMNS - MODEL_NC + memory_count(); }
 /* references of the first values of their kinds, one after the other; derivatives of the states are left out */
 static void list_columns(void)
 {
-    const uint32_t states = FIRST_SETTABLE + MODEL_NP + 2 * MODEL_NU, kept = MODEL_NX + (uint32_t)memory_count();
+    const uint32_t states = FIRST_SETTABLE + MODEL_NP + 2 * MODEL_SET_INPUTS,
+                   kept = MODEL_NX + (uint32_t)memory_count();
     const uint32_t outputs = states + kept + MODEL_NX;
     uint32_t *column = page.columns;
     *column++ = 1; /* the time */
@@ -60,7 +61,7 @@ int explore_size(int what)
 {
     switch (what) {
     case EXPLORE_PARAMETERS: return MODEL_NP;
-    case EXPLORE_INPUTS: return MODEL_NU;
+    case EXPLORE_INPUTS: return MODEL_SET_INPUTS;
     case EXPLORE_STATES: return MODEL_NX;
     case EXPLORE_OUTPUTS: return MODEL_NY;
     case EXPLORE_CONTACTS: return MODEL_NC;
@@ -111,7 +112,7 @@ void explore_ask(int n_times, int crossing_state, double level, int direction)
     page.run.crossings = page.crossings;
     if (crossing_state >= 0 && crossing_state < MODEL_NX) {
         page.run.crossing_capacity = CROSSINGS;
-        page.run.crossing_state = (uint32_t)(FIRST_SETTABLE + MODEL_NP + 2 * MODEL_NU + crossing_state);
+        page.run.crossing_state = (uint32_t)(FIRST_SETTABLE + MODEL_NP + 2 * MODEL_SET_INPUTS + crossing_state);
         page.run.level = level;
         page.run.direction = direction;
     }

@@ -30,7 +30,7 @@ static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
     m->stages_f = take(block, &used, 5 * n);
     m->jacobian = take(block, &used, n * n);
     m->real_lu = take(block, &used, n * n);
-    m->complex_lu = take(block, &used, 2 * n * n);
+    m->complex_lu = (double complex *)take(block, &used, 2 * n * n);
     m->z = take(block, &used, slots);
     m->z1 = take(block, &used, slots);
     m->slide.z = take(block, &used, slots);

@@ -8,6 +8,8 @@
 #include "tableau.h"
 #include "tolerances.h"
 
+#include <complex.h>
+
 enum { DENSE_TERMS = 8, SEARCH_NODES = 8 };
 enum { SURFACES = 4, SIDES = 1 << SURFACES }; /* slid along at once: each one more doubles the evaluations */
 
@@ -79,7 +81,8 @@ typedef struct {
     int dense_terms, dense_ready;
     double *error, *error_low;
     /* stiff method */
-    double *jacobian, *real_lu, *complex_lu;
+    double *jacobian, *real_lu;
+    double complex *complex_lu;
     int *real_pivot, *complex_pivot;
     double *stages_z, *stages_w, *stages_f, *seed;
     double lu_length, newton_rate, last_error, last_length;

@@ -93,13 +93,11 @@ static int factor_both(Master *m, double length)
     const int n = m->n;
     for (int i = 0; i < n * n; i++) {
         m->real_lu[i] = -m->jacobian[i];
-        m->complex_lu[2 * i] = -m->jacobian[i];
-        m->complex_lu[2 * i + 1] = 0.0;
+        m->complex_lu[i] = -m->jacobian[i];
     }
     for (int i = 0; i < n; i++) {
         m->real_lu[i * n + i] += GAMMA / length;
-        m->complex_lu[2 * (i * n + i)] += ALPHA / length;
-        m->complex_lu[2 * (i * n + i) + 1] += BETA / length;
+        m->complex_lu[i * n + i] += ALPHA / length + BETA / length * I;
     }
     m->lu_length = length;
     m->lu_ready = linear_real_factor(m->real_lu, n, m->real_pivot)
@@ -157,7 +155,7 @@ static Outcome iterate(Master *m, double length, double *size)
                            - (BETA * w[n + i] + ALPHA * w[2 * n + i]) / length;
     }
     linear_real_solve(m->real_lu, n, m->real_pivot, m->seed);
-    linear_complex_solve(m->complex_lu, n, m->complex_pivot, pairs);
+    linear_complex_solve(m->complex_lu, n, m->complex_pivot, (double complex *)pairs);
     double sum = 0.0;
     for (int i = 0; i < n; i++) {
         const double part[3] = {m->seed[i], pairs[2 * i], pairs[2 * i + 1]};

@@ -17,7 +17,7 @@ def kind_of(analysis: Analysis) -> Kind:
         settings: dict[str, Any] = {**differing, **computation.settings}
         subject: Any = fmu
         section = computation.forcing or computation.period or computation.level or computation.impacts
-        if analysis.subject == OSCILLATOR or (analysis.subject == EITHER and not section):
+        if analysis.subject == OSCILLATOR or (analysis.subject == EITHER and not (section or scene.of_map)):
             settings["parameters"] = constants_of(scene, run)
         elif analysis.of_run is None:
             subject = section_of(scene, fmu, run["parameters"], run["inputs"])
@@ -46,6 +46,8 @@ def kind_of(analysis: Analysis) -> Kind:
         compute,
         periodic=analysis.subject == SECTION,
         anywhere=analysis.of_run is None and analysis.axes != RANGE and "level" not in analysis.without,
+        unforced=not (analysis.subject == OSCILLATOR or analysis.forced),
+        of_maps=analysis.subject != OSCILLATOR,
         sweeps=analysis.sweeps,
         axes="" if analysis.sweeps else analysis.axes,
         settings={name: declared.in_scene for name, declared in declared_options.items()},
@@ -55,10 +57,10 @@ def kind_of(analysis: Analysis) -> Kind:
 def _inside(subject: Any, settings: dict[str, Any], over: str, low: float, high: float) -> tuple[Any, dict[str, Any]]:
     """What is followed over a range begins in it."""
     constants = settings.get("parameters")
-    fmu, known_values = (subject.fmu, subject.values) if constants is None else (subject, constants)
-    present = known_values.get(over)
-    present = fmu.start_of(over) if present is None else float(present)
-    inside = {over: min(max(present, low), high)}
+    present = (subject.values if constants is None else constants).get(over)
+    if present is None:
+        present = (subject.fmu if constants is None else subject).start_of(over)
+    inside = {over: min(max(float(present), low), high)}
     if constants is None:
         return subject.at(**inside), settings
     return subject, {**settings, "parameters": {**constants, **inside}}

@@ -1,18 +1,25 @@
 """What every kind of computation takes and gives."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.reduce import declared
 from fmu_models.scene.scene import Scene
-from fmu_models.sections.crossing import Crossing
-from fmu_models.sections.impacts import Impacts
+from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from fmu_models.language.maps import Map
+    from fmu_models.sections.iteration import Iteration
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +46,9 @@ class Kind:
         compute: from a scene, its FMU and the arguments of ``simulate``, changed where the scene varies something, to a
             row; to one per value of what is varied if the kind ``sweeps`` by itself.
         periodic: whether the scene must say a period or what forces it.
-        anywhere: whether another section than a strobe will do, and none of a model that nothing forces.
+        anywhere: whether another section than a strobe will do.
+        unforced: whether none will do of a model that nothing forces.
+        of_maps: whether a map has such motions.
         sweeps: see ``compute``.
         axes: what it is over: two PARAMETERS, one STATE or STATES; empty if it has no axes.
         settings: keys of [compute] that no other kind reads, and their defaults.
@@ -48,6 +57,8 @@ class Kind:
     compute: Callable[[Scene, Fmu, dict[str, Any]], Row | tuple[Row, ...]]
     periodic: bool = False
     anywhere: bool = False
+    unforced: bool = False
+    of_maps: bool = False
     sweeps: bool = False
     axes: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -80,14 +91,18 @@ def constants_of(scene: Scene, run: Mapping[str, Any]) -> dict[str, float]:
 
 def section_of(
     scene: Scene, fmu: Fmu, parameters: Mapping[str, float], inputs: Mapping[str, Any]
-) -> Strobe | Crossing | Impacts:
-    """The section that a scene names; where its frequency is free, the period follows that.
+) -> Strobe | Crossing | Impacts | Iteration:
+    """The section that a scene names; where its frequency is free, the period follows that. Of a map every step.
 
     Raises:
         StickslipError: a drive that moves, or as the section does.
     """
     constants = constants_of(scene, {"parameters": parameters, "inputs": inputs})
     computation = scene.compute
+    if scene.of_map:
+        from fmu_models.sections.iteration import Iteration
+
+        return Iteration.of(cast("Map", declared(scene)), {**scene.fixed, **constants})
     forcing = None if computation.forcing in scene.fixed else computation.forcing
     length = (
         None
@@ -103,26 +118,25 @@ def section_of(
     return Strobe(fmu, every=computation.periods, autonomous=computation.autonomous, **common)
 
 
-def periods_of(scene: Scene, run: Mapping[str, Any]) -> tuple[float, int]:
-    """The period of a strobe, s, and how many of them fit into the run.
+def periods_of(scene: Scene, run: Mapping[str, Any], length: float | None = None) -> tuple[float, int]:
+    """The period of a strobe, s, and how many of them fit into the run. length: in place of that the scene says.
 
     Raises:
         StickslipError: fewer than two.
     """
-    length = period(scene, run["parameters"])
+    length = period(scene, run["parameters"]) if length is None else length
     count = int(run["stop_time"] / length * (1.0 + 1e-12))
     if count < 2:
         raise StickslipError(f"The run of {run['stop_time']:g} s is shorter than two periods of {length:g} s.")
     return length, count
 
 
-def strobe_of(scene: Scene, fmu: Fmu, run: Mapping[str, Any]) -> tuple[Strobe, int]:
-    """The strobe of a scene, and how many of its steps fit into the run.
+def strobe_of(scene: Scene, fmu: Fmu, run: Mapping[str, Any]) -> tuple[SectionSystem, int]:
+    """The strobe of a scene, or its map, and how many of its steps fit into the run.
 
     Raises:
         StickslipError: a drive that moves, or a run shorter than two periods.
     """
-    _, count = periods_of(scene, run)
     system = section_of(scene, fmu, run["parameters"], run["inputs"])
-    assert isinstance(system, Strobe)  # other sections are refused with the scene
-    return system, count
+    length = float(system.repeats(system.periods({}, 1))[0]) if isinstance(system, Strobe) else 1.0
+    return system, periods_of(scene, run, length)[1]

@@ -1,6 +1,6 @@
 """The run itself: states and outputs at its end, and their extremes.
 
-Results: `<state>` and `<output>` at the end, `<name>_min`, `<name>_max`, `events`.
+Results: `<state>` and `<output>` at the end, `<name>_min`, `<name>_max`, `events`, `last_event` (when).
 """
 
 from typing import Any
@@ -20,7 +20,10 @@ def run_row(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     values = {name: float(trajectory[name][-1]) for name in (*fmu.states, *fmu.outputs)}
     for name in (*fmu.states, *fmu.outputs):
         values |= {f"{name}_min": float(trajectory[name].min()), f"{name}_max": float(trajectory[name].max())}
-    return Row(None, {**values, "events": float(len(trajectory.events))}, trajectory)
+    values["events"] = float(len(trajectory.events))
+    if trajectory.events:
+        values["last_event"] = trajectory.events[-1].time
+    return Row(None, values, trajectory)
 
 
 KIND = Kind(run_row)

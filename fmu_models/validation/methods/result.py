@@ -125,13 +125,13 @@ class Method(Protocol):
 
 
 def needs_steady_inputs(problem: MethodProblem, method: str) -> None:
-    """Refuse a drive that varies.
+    """Refuse a drive that varies, and signals.
 
     Raises:
         NotTreated: it does.
     """
-    if not problem.steady:
-        raise NotTreated(f"{method}: a drive of {problem.name} varies with time. Use event-driven Taylor.")
+    if not problem.steady or problem.system.signals:
+        raise NotTreated(f"{method}: a drive or signal of {problem.name} varies with time. Use event-driven Taylor.")
 
 
 def needs_fields_alone(contact: ContactDynamics, method: str) -> None:

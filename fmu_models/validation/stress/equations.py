@@ -18,6 +18,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.contact_dynamics import ContactDynamics
 from fmu_models.language.contact_kinds import STICK
 from fmu_models.language.inertia import mass_matrix
@@ -49,6 +50,8 @@ class StressEquations:
     def __init__(self, model: Model) -> None:
         self.system: HybridSystem = lower(model)
         system = self.system
+        if system.signals:
+            raise StickslipError(f"{model.name} has a periodic signal, which no judge knows. Stress it without.")
         self.driven = [state.name for state in system.driven]
         self.parameters = {p.name: p.value for p in system.parameters}
         self.inputs = {u.name: u.value for u in system.inputs}

@@ -21,8 +21,7 @@ from fmu_models.scene.kinds.kind import period
 from fmu_models.scene.reduce import built_scene, export_scene, reduced, unfolded
 from fmu_models.scene.scene import Compute, Scene
 from fmu_models.simulation.run import simulate
-from fmu_models.validation.scene_savings.left_out import left_out
-from fmu_models.validation.scene_savings.measure import size, time_runs, whole_model
+from fmu_models.validation.scene_savings import left_out, size, time_runs, whole_model
 
 
 def test_units_are_converted(tmp_path: Path) -> None:
@@ -331,6 +330,48 @@ def test_a_mistake_in_a_family_is_named_by_its_line(tmp_path: Path, old: str, ne
     assert old in CHART
     with pytest.raises(StickslipError, match=rf"line {line}: .*{re.escape(said)}"):
         scene_of(tmp_path, CHART.replace(old, new))
+
+
+MAP = """
+title = "Henon"
+model = "henon"
+stop_time = 400
+
+[parameters]
+a = 0.3
+
+[compute]
+kind = "lyapunov"
+
+[[reference]]
+source = "its determinant is -b"
+exponent1 = "log(b)/2"
+tolerance = 0.2
+"""
+
+
+def test_a_scene_of_a_map_computes_every_step_and_knows_formulas(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, MAP)
+    (reference,) = scene.references
+    assert scene.of_map and reference.source and reference.values == {"exponent1": pytest.approx(math.log(0.3) / 2)}
+    assert Scene.from_json(scene.to_json()) == scene
+    (row,) = compute(scene, Fmu.open(built_scene(scene)))
+    assert row.values["exponent1"] + row.values["exponent2"] == pytest.approx(math.log(0.3), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"lyapunov"', '"cycle"', "line 10: a cycle is of a motion in time, which a map has none of. Choose a kind: "),
+        ('"lyapunov"', '"orbit"\nlevel = { x = 0 }', "line 9: a orbit is of a motion seen once per step"),
+        ('"lyapunov"', '"lyapunov"\nperiod = 1', "line 11: of a map every step is looked at: leave the period out"),
+        ("log(b)/2", "log(c)/2", "line 14: 'c' in 'log(c)/2' has no value"),
+        ("log(b)/2", "log(-b)", "line 14: 'exponent1' must be a finite number"),
+    ],
+)
+def test_a_mistake_in_a_scene_of_a_map_is_named_by_its_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    with pytest.raises(StickslipError, match=re.escape(said)):
+        scene_of(tmp_path, MAP.replace(old, new))
 
 
 def test_a_frequency_counts_periods_unless_it_is_an_angular_one(tmp_path: Path) -> None:

@@ -1,0 +1,71 @@
+"""Many runs by the master that differ in their values alone."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_models.fmu.elements import owner
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer import request
+from fmu_models.importer.motion_error import RUN
+from fmu_models.simulation.run import bounds_of
+
+
+class Batch:
+    """Runs over the same times with the same inputs, as `Driver.batch` prepares them.
+
+    times: (n,) s; names: of the values that a run begins with; recorded: of those it tells, of which the first
+    ``states`` are states; prepared: the request; call: makes the run of it; reason: of one that ended early.
+    """
+
+    def __init__(
+        self,
+        fmu: Fmu,
+        names: tuple[str, ...],
+        times: NDArray[np.float64],
+        recorded: tuple[str, ...],
+        states: int,
+        prepared: Any,
+        call: Callable[[Any], int],
+        reason: Callable[[int, Any], str],
+    ) -> None:
+        self.times, self.names, self.recorded = times, names, recorded
+        self._fmu, self._states = fmu, states
+        self._prepared, self._call, self._reason = prepared, call, reason
+        self._low, self._high = np.array([bounds_of(fmu.variables[owner(name, fmu.variables)]) for name in names]).T
+
+    def runs(
+        self, rows: NDArray[np.float64], progress: Callable[[float], None] | None = None
+    ) -> tuple[NDArray[np.float64], dict[int, str]]:
+        """(runs, n, k) of what is recorded in a run for each of ``rows`` (runs, names), and why runs ended early.
+
+        Raises:
+            StickslipError: a value out of range.
+        """
+        if not ((rows >= self._low) & (rows <= self._high)).all():
+            self._refuse(rows)
+        rows, c, n, k = np.ascontiguousarray(rows), self._prepared.c, self._states, len(self.recorded)
+        states, values = np.empty((len(rows), len(self.times), n)), np.empty((len(rows), len(self.times), k - n))
+        failures: dict[int, str] = {}
+        pointers = [(request.address(array), array.strides[0]) for array in (rows, states, values)]
+        for i in range(len(rows)):
+            c.begun = c.next_time = 0
+            c.start_values, c.states, c.values = [first + i * stride for first, stride in pointers]
+            while (status := self._call(self._prepared)) == RUN.MORE:
+                pass
+            if status != RUN.DONE:
+                states[i, c.next_time :], values[i, c.next_time :] = np.nan, np.nan
+                failures[i] = self._reason(status, c)
+            if progress and i % 100 == 99:
+                progress((i + 1) / len(rows))
+        return np.concatenate([states, values], axis=2), failures
+
+    def _refuse(self, rows: NDArray[np.float64]) -> None:
+        """Raise what `request.start_values` says of the value that is out of range."""
+        variables = self._fmu.variables
+        for values in (rows.min(axis=0), rows.max(axis=0)):
+            bounds = dict(zip(self.names, values.tolist(), strict=True))
+            parameters = {n: v for n, v in bounds.items() if variables[owner(n, variables)].causality == "parameter"}
+            request.start_values(self._fmu, parameters, {n: v for n, v in bounds.items() if n not in parameters})

@@ -2,7 +2,7 @@
 
     x'' = -k sgn x - a sgn x' + A sin(w t),    k > a
 
-without push from (x0, 0): x' at the zeros of x shrinks by r = sqrt((k - a)/(k + a)) from one to the next, and all is over
+without push from (x0, 0): x' at the zeros of x shrinks by r = sqrt((k - a)/(k + a)) each time, and all is over
 after a geometric sum of times; then it rests while the push is less than k + a.
 
 Source: Levant, International Journal of Control 58 (1993) 1247-1263.

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.shares import basin_shares as basin_shares
     from fmu_models.analyses.shock import least_shock as least_shock
     from fmu_models.analyses.spectrum import spectrum as spectrum
+    from fmu_models.analyses.tipping import tipping_rates as tipping_rates
     from fmu_models.base.errors import StickslipError as StickslipError
     from fmu_models.codegen.package import export as export
     from fmu_models.codegen.package import variant as variant
@@ -97,9 +98,9 @@ if TYPE_CHECKING:
     from fmu_models.scene.read import read_scene as read_scene
     from fmu_models.scene.scene import Scene as Scene
     from fmu_models.sections.crossing import Crossing as Crossing
+    from fmu_models.sections.crossing import Impacts as Impacts
     from fmu_models.sections.cycles import last_cycle as last_cycle
     from fmu_models.sections.diagonal import find_crossings as find_crossings
-    from fmu_models.sections.impacts import Impacts as Impacts
     from fmu_models.sections.iteration import Iteration as Iteration
     from fmu_models.sections.iteration import find_iterate_crossings as find_iterate_crossings
     from fmu_models.sections.orbits import Orbit as Orbit

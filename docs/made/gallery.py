@@ -29,6 +29,8 @@ from fmu_models import read_scene
 from fmu_models.base.digits import like_sd, value_with_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import in_processes
+from fmu_models.base.shipped import LITERATURE
+from fmu_models.base.shipped import files as shipped_files
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.compute import Comparison
 from fmu_models.scene.read import files
@@ -49,6 +51,7 @@ from made.gallery_jobs import (
     done,
     template,
 )
+from made.literature import HEADS, INTRODUCTION, KnownValues, LiteratureJob, rows
 
 ALLOWED = 4  # deviations: so far off the truth a calibration may be
 PICTURES, LIVE = "pictures", "live"  # folders beside the pages
@@ -117,7 +120,15 @@ def _make_all(app: Sphinx) -> None:
         )
 
     try:
-        make(files(), MODELS.members(), pages, Path(app.outdir) / "gallery" / LIVE, CALIBRATIONS, told)
+        make(
+            files(),
+            MODELS.members(),
+            pages,
+            Path(app.outdir) / "gallery" / LIVE,
+            CALIBRATIONS,
+            told,
+            shipped_files(LITERATURE),
+        )
     except StickslipError as error:
         raise ExtensionError(str(error)) from error
 
@@ -129,11 +140,13 @@ def make(
     live: Path,
     calibrations: Sequence[CalibrationCase] = (),
     told: Callable[[Iterable[Any], Sequence[Job]], Iterable[Any]] = lambda outcomes, _: outcomes,
+    literature: Sequence[Path] = (),
 ) -> None:
     """Write the pages of scenes, models and calibrations to a folder, and their live pages into the finished manual.
 
     Args:
         told: passes on the outcomes of jobs, and may tell of them.
+        literature: scenes that share one page, which shows their known values alone.
 
     Raises:
         StickslipError: what fails, and every known value that is not met.
@@ -148,12 +161,16 @@ def make(
         *(SceneJob(path, pictures / f"{path.stem}.png") for path in scenes),
         *(ModelJob(name, pictures / f"{name}.png") for name in models),
         *(CalibrationJob(case, pictures / f"{case.name}.png") for case in calibrations),
+        *map(LiteratureJob, literature),
     ]
     outcomes = dict(told(in_processes(done, [(job,) for job in jobs], processes=_cores(), threads=1), jobs))
     results = [outcomes[i] for i in range(len(jobs))]
     faults = [f"{job}: {one}" for job, one in zip(jobs, results, strict=True) if isinstance(one, Exception)]
     faults += [
-        f"scene {one.scene.name}: {fault}" for one in results if isinstance(one, SceneResult) for fault in missed(one)
+        f"scene {one.scene.name}: {fault}"
+        for one in results
+        if isinstance(one, SceneResult | KnownValues)
+        for fault in missed(one)
     ]
     of_calibrations = [one for one in results if isinstance(one, CalibrationResult)]
     faults += [
@@ -175,7 +192,11 @@ def make(
         (pages / "oscillators" / f"{one.name}.md").write_text(text, "utf-8")
     for one in of_calibrations:
         (pages / "calibrations" / f"{one.case.name}.md").write_text(calibration_page(one), "utf-8")
-    (pages / "index.md").write_text(index_page(of_scenes, of_models, of_calibrations), "utf-8")
+    if known := [one for one in results if isinstance(one, KnownValues)]:
+        lines = rows(known)
+        text = INTRODUCTION.format(systems=len(known), values=len(lines)) + "\n" + table(HEADS, lines) + "\n"
+        (pages / "literature.md").write_text(text, "utf-8")
+    (pages / "index.md").write_text(index_page(of_scenes, of_models, of_calibrations, bool(literature)), "utf-8")
 
 
 def _cores() -> int:
@@ -190,7 +211,7 @@ def _live_of(scene: Scene, folder: Path) -> LiveJob:
     return LiveJob(scene.model, scene.contacts, folder / f"{name}.html")
 
 
-def missed(one: SceneResult) -> list[str]:
+def missed(one: SceneResult | KnownValues) -> list[str]:
     """The known values that a scene does not meet, in words."""
     found = []
     for c in one.comparisons:
@@ -251,7 +272,10 @@ def calibration_page(one: CalibrationResult) -> str:
 
 
 def index_page(
-    scenes: Sequence[SceneResult], models: Sequence[ModelResult], calibrations: Sequence[CalibrationResult]
+    scenes: Sequence[SceneResult],
+    models: Sequence[ModelResult],
+    calibrations: Sequence[CalibrationResult],
+    literature: bool = False,
 ) -> str:
     """The page that shows them all, as Markdown."""
     papers = [
@@ -274,6 +298,7 @@ def index_page(
         oscillators=thumbnails(of_models),
         calibrations=thumbnails((f"calibrations/{one.case.name}", one.title, "") for one in calibrations),
         known=sum(len(s.comparisons) for s in scenes),
+        literature=literature,
     )
 
 

@@ -15,6 +15,7 @@ from fmu_models.explorer.subject import subject_of
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.compute import Comparison
 from identification import Calibration
+from made.literature import LiteratureJob
 
 TEMPLATES = Path(__file__).parent / "templates"
 RUN = 10.0  # s, of the portrait of a model
@@ -220,7 +221,7 @@ class LiveJob:
         return LiveResult(self.path, page.name, page.version)
 
 
-Job = SceneJob | ModelJob | LiveJob | CalibrationJob
+Job = SceneJob | ModelJob | LiveJob | CalibrationJob | LiteratureJob
 
 
 def done(job: Job) -> Any:

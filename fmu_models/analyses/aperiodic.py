@@ -2,8 +2,10 @@
 
     chaos        the largest exponent is positive, by more than SURE errors and than ZERO
     torus        no exponent is positive, weighted means of both halves of the run agree to DIGITS digits, as those of
-                 smooth motions of several frequencies do, and its points fill more than FILLED dimensions; the same
-                 once more of a run four times as long
+                 smooth motions of several frequencies do, also of a run four times as long, and its points fill more
+                 than FILLED dimensions, there or in a run four times longer still: near a resonance they fill it late
+    strange      a phase that only turns drives the others; the largest exponent of these is negative, and yet what they
+                 change by with the phase grows without bound: strange, but no chaos. Where that is bounded: torus
     cycle        of what nothing forces, seen at times of no meaning to it: all exponents but that along the motion are
                  negative; a torus of it has one dimension more, or it is one of the cycles about a centre
     not decided  otherwise: strange sets without chaos, the accumulation of flips, slow transients
@@ -11,7 +13,8 @@
 An exponent that is not larger than its error is computed again from longer runs. The weights exp(-1/(t (1 - t))) make
 means of a quasi-periodic motion converge faster than any power of its length.
 
-Source: Das, Saiki, Sander, Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017).
+Sources: Das, Saiki, Sander, Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017); of the strange ones Pikovsky,
+Feudel, Characterizing strange nonchaotic attractors, Chaos 5 (1995), section III.
 """
 
 from dataclasses import dataclass
@@ -26,7 +29,7 @@ from fmu_models.families.execution import Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.system import SectionSystem
 
-CHAOS, TORUS, CYCLE, NOT_DECIDED = "chaos", "torus", "cycle", "not decided"
+CHAOS, TORUS, CYCLE, STRANGE, NOT_DECIDED = "chaos", "torus", "cycle", "strange nonchaotic", "not decided"
 SURE = 5.0  # standard errors by which an exponent differs from zero
 ZERO = 1e-3  # per step: an exponent below it in size is none
 STEPS, STAGES = 1024, 3  # of the first run, and how often it is made four times longer
@@ -34,7 +37,9 @@ BATCHES, FEWEST = 128, 24  # of a run, and those that still tell a scatter
 DIGITS = 6.0
 FILLED = 0.8  # dimensions: of less is what flips accumulate at
 MOST_FILLED = 3.0
+FEW, MANY = 128, 1024  # points between whose neighbours a dimension is told
 TORUS_STEPS = 4096
+PHASES, SENSITIVE = 12, 2.0  # motions at several phases; what a run 16 times longer changes more by is not bounded
 
 
 @dataclass(frozen=True)
@@ -80,8 +85,9 @@ def largest_exponents(
         sound = rows.filled == BATCHES
         growth = rows.growth / jobs.batch
         means = growth.mean(axis=1)
-        if system.autonomous:  # one is that along the motion: the nearest to zero
-            means[np.arange(len(means)), np.abs(means).argmin(axis=1)] = np.nan
+        # along the motion, of a phase or of what drifts: the nearest to zero
+        for _ in range(system.autonomous + len(system.driven) + len(system.drifting)):
+            means[np.arange(len(means)), np.nan_to_num(np.abs(means), nan=np.inf).argmin(axis=1)] = np.nan
         k = np.argmax(np.where(np.isnan(means), -np.inf, means), axis=1)
         largest = growth[np.arange(len(k)), :, k]
         values[remaining] = np.where(sound, largest.mean(axis=1), np.nan)
@@ -110,15 +116,22 @@ def _error(batches: Vector) -> float:
 def judged(runner: Runner, system: SectionSystem, start: Vector) -> AperiodicVerdict:
     """What the motion from a point (n,) is, on which it stays and does not repeat itself."""
     exponent, error = _largest(runner, system, start, 1)
-    # of what nothing forces a cycle is as smooth as a torus: there the exponent must tell first
-    if sign_of(exponent, error) == NOT_DECIDED and (system.autonomous or not _is_torus(runner, system, start)):
+    # of what nothing forces a cycle is as smooth as a torus, of what a phase drives all is: there the exponent tells
+    smooth = not (system.autonomous or system.driven)
+    if sign_of(exponent, error) == NOT_DECIDED and not (smooth and _is_torus(runner, system, start)):
         exponent, error = _largest(runner, system, start, STAGES)
     sign = sign_of(exponent, error)
+    kind = NOT_DECIDED
     if sign == "positive":
-        return AperiodicVerdict(CHAOS, exponent, error)
-    if system.autonomous and sign != "zero":
-        return AperiodicVerdict(CYCLE if sign == "negative" else NOT_DECIDED, exponent, error)
-    return AperiodicVerdict(TORUS if _is_torus(runner, system, start) else NOT_DECIDED, exponent, error)
+        kind = CHAOS
+    elif system.driven:
+        if sign == "negative":
+            kind = TORUS if _is_smooth_in_phase(runner, system, start) else STRANGE
+    elif system.autonomous and sign == "negative":
+        kind = CYCLE
+    elif (sign == "zero" or not system.autonomous) and _is_torus(runner, system, start):
+        kind = TORUS
+    return AperiodicVerdict(kind, exponent, error)
 
 
 def _largest(runner: Runner, system: SectionSystem, start: Vector, stages: int) -> tuple[float, float]:
@@ -127,23 +140,30 @@ def _largest(runner: Runner, system: SectionSystem, start: Vector, stages: int) 
 
 
 def _is_torus(runner: Runner, system: SectionSystem, start: Vector) -> bool:
-    lengths = (TORUS_STEPS, 4 * TORUS_STEPS)
-    return all(is_quasi_periodic(system, _points(runner, start, steps)) for steps in lengths)
+    """Whether the points of longer and longer runs are those of a smooth motion of several frequencies."""
+    for steps in (TORUS_STEPS, 4 * TORUS_STEPS, 16 * TORUS_STEPS):
+        rows = runner.make(Jobs(start[None], rows=steps), quiet=True)
+        signals = _signals(system, rows.points[0])
+        if rows.outcomes[0] != families.FINISHED or not signals.shape[1] or digits(signals) < DIGITS:
+            return False
+        if steps > TORUS_STEPS and FILLED + system.autonomous < dimension(signals) < MOST_FILLED:
+            return True
+    return False
 
 
-def _points(runner: Runner, start: Vector, steps: int) -> Vector:
-    rows = runner.make(Jobs(start[None], rows=steps), quiet=True)
-    return rows.points[0] if rows.outcomes[0] == families.FINISHED else rows.points[0, :0]
-
-
-def is_quasi_periodic(system: SectionSystem, points: Vector) -> bool:
-    """Whether points (k, n), one after the other, are those of a smooth motion of several frequencies."""
-    if len(points) < 2:
-        return False
-    signals = _signals(system, points)
-    if not signals.shape[1]:
-        return False
-    return digits(signals) >= DIGITS and FILLED + system.autonomous < dimension(signals) < MOST_FILLED
+def _is_smooth_in_phase(runner: Runner, system: SectionSystem, start: Vector) -> bool:
+    """Whether what the states change by with the phase that drives them stays bounded, along one of several motions."""
+    rows = runner.make(Jobs(start[None], rows=TORUS_STEPS), quiet=True)
+    starts = rows.points[0, :: TORUS_STEPS // PHASES][:PHASES]
+    rows = runner.make(Jobs(starts, rows=16 * TORUS_STEPS, derivatives=True), quiet=True)
+    change = np.zeros(starts.shape)
+    change[:, system.driven] = 1.0
+    largest = np.zeros((16 * TORUS_STEPS, len(starts)))
+    for k in range(len(largest)):
+        change = np.einsum("mij,mj->mi", rows.derivatives[:, k], change)
+        largest[k] = np.abs(change).max(axis=1)
+    short, long = largest[:TORUS_STEPS].max(axis=0).min(), largest.max(axis=0).min()
+    return bool(long < SENSITIVE * short)
 
 
 def _signals(system: SectionSystem, points: Vector) -> Vector:
@@ -180,7 +200,8 @@ def dimension(signals: Vector) -> float:
         distances = KDTree(points).query(points, k=2)[0][:, 1]
         return float(np.log(distances[distances > 0.0]).mean()) if (distances > 0.0).any() else -np.inf
 
-    # by chance: in their order points of a rotation lie at the distances of its continued fraction
-    mixed = np.random.default_rng(0).permutation(signals)
-    coarse, many = neighbour(mixed[: len(mixed) // 32]), neighbour(mixed[: len(mixed) // 4])
-    return float(np.log(8.0) / (coarse - many)) if coarse > many else np.inf
+    # by chance, and few of many: in their order points of a rotation lie at the distances of its continued fraction
+    mixed = np.random.default_rng(0).permutation(signals)[: 8 * MANY]
+    many = np.mean([neighbour(part) for part in np.array_split(mixed, len(mixed) // MANY)])
+    coarse = np.mean([neighbour(part) for part in np.array_split(mixed, len(mixed) // FEW)])
+    return float(np.log(MANY / FEW) / (coarse - many)) if coarse > many else np.inf

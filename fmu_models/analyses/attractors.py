@@ -99,7 +99,7 @@ def _solved(
     unsolved = np.setdiff1d(np.flatnonzero(rows.periods[indices] == 0), numbers[theirs])
     if unsolved.size:
         values = {name: v[indices[unsolved]] for name, v in varied.items()}
-        solved, guessed = solved_cycles(system, guesses[unsolved], values)
+        solved, guessed = solved_cycles(system, guesses[unsolved], values, within=1.0)
         cycles, numbers = cycles_at(system, solved, {name: v[guessed] for name, v in values.items()})
         repeated = unsolved[guessed[numbers]]
         theirs = _theirs(system, cycles, guesses[repeated])
@@ -202,13 +202,16 @@ def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vecto
     """Root of the largest value of the forms inside which each step of the system makes them fall."""
     n, period = motion.points.shape[1], motion.period
     rays = np.random.default_rng(0).normal(size=(RAYS, n))
+    rays[:, ~system.free] = 0.0
     rays /= np.linalg.norm(rays, axis=1)[:, None]
+    if system.free.sum() == 1:
+        rays = np.stack([system.free, -1.0 * system.free])
     factors = [np.linalg.cholesky(form + 1e-14 * np.trace(form) * np.eye(n)) for form in forms]
     # on the shell of radius r about point i: V_i = r^2
     shells = [np.linalg.solve(factor.T, rays.T).T for factor in factors]
     radii = np.geomspace(largest, SMALLEST * largest, SHELLS)
     starts = np.stack([motion.points[i] + r * shells[i] for r in radii for i in range(period)])
-    images = system.step(starts.reshape(-1, n), derivative=False).points.reshape(len(radii), period, RAYS, n)
+    images = system.step(starts.reshape(-1, n), derivative=False).points.reshape(len(radii), period, len(rays), n)
     falls = np.ones(len(radii), bool)
     for i in range(period):
         k = (i + 1) % period
@@ -224,5 +227,5 @@ def _radius(system: SectionSystem, motion: PeriodicMotion, forms: Sequence[Vecto
 
 def _least_fall(form: Vector, system: SectionSystem) -> float:
     """The least share by which the form falls in a step of a small difference."""
-    weight = np.diag(1.0 / system.sizes() ** 2)
-    return float(1.0 / np.linalg.eigvals(np.linalg.solve(weight, form)).real.max())
+    squares = system.sizes()[system.free, None] ** 2
+    return float(1.0 / np.linalg.eigvals(squares * form[np.ix_(system.free, system.free)]).real.max())

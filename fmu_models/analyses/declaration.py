@@ -26,9 +26,10 @@ SECTION, OSCILLATOR, EITHER = "section", "oscillator", "either"  # what an analy
 
 Range = tuple[str, float, float]  # a parameter, its least and its largest value
 Numbers = Mapping[str, float]  # of states by name
-Box = Mapping[str, tuple[float, float]]  # ranges of states by name
+Box = Mapping[str, tuple[float, float]]  # ranges of states by name, or what an input moves between
 NO_NUMBERS: Numbers = MappingProxyType({})  # their defaults, which are told apart
 NO_BOX: Box = MappingProxyType({})
+NO_RAMP: Box = MappingProxyType({})
 
 
 @dataclass(frozen=True)

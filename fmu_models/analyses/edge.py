@@ -22,7 +22,7 @@ import scipy.linalg
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.declaration import NO_NUMBERS, Analysis, Numbers, Option
 from fmu_models.analyses.labels import FAILED, Labeller, watched
-from fmu_models.analyses.unforced import LONGEST, MOST, Equilibrium, LimitCycle, rates, section_through
+from fmu_models.analyses.unforced import LONGEST, MOST, SPAN, Equilibrium, LimitCycle, rates, section_through
 from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
@@ -35,7 +35,9 @@ from fmu_models.sections.system import SectionSystem
 
 # in sizes of the states: between which distances a pair of starts is followed, and when motions are torn
 CLOSE, APART, TEAR = 1e-6, 1e-3, 1e-12
+BESIDE = (0.5, 0.38)  # shares of the segment; the middle may be the edge state itself, which comes to nothing
 NEAR = 3e-2  # by so much Newton's method may move the border, in sizes of the states
+ASTRAY = 10.0  # times that, on the way
 ALONG = 0.1  # share of that move that may lie along the unstable direction
 PUSH = 1e-4  # to both sides of an edge state, in sizes of the states
 STRETCH, SAMPLES = 16, 5  # steps of the border along which a cycle is looked for, and samples in each
@@ -208,16 +210,12 @@ class Border:
 
     @property
     def words(self) -> tuple[str, str]:
-        """What the two sides come to; numbered where these are the same words."""
-        words = [self.labeller.word(label) for label in self.sides]
-        same = words[0] == words[1]
-        first, second = (f"{word} ({side + 1})" if same else word for word, side in zip(words, self.sides, strict=True))
-        return first, second
+        """What the two sides come to."""
+        return self.labeller.word(self.sides[0]), self.labeller.word(self.sides[1])
 
-    @property
-    def middle(self) -> Vector:
+    def middle(self, share: float = 0.5) -> Vector:
         """(n,) on the border, within the distance of the pair."""
-        return self.pair[0] + 0.5 * self.system.difference(self.pair[1] - self.pair[0])
+        return self.pair[0] + share * self.system.difference(self.pair[1] - self.pair[0])
 
     @property
     def distance(self) -> float:
@@ -230,11 +228,14 @@ class Border:
     def bisect(self, close: float) -> bool:
         """Bring the pair so close; False where the labels are used up before, or the middle comes to nothing."""
         while self.distance > close:
-            middle = self.middle
+            middle, label = self.middle(), UNDECIDED
             if self.labeller.count >= self.most or any((middle == end).all() for end in self.pair):
                 return False
             self.progress(self.labeller.count / self.most)
-            label = int(self.labeller.label(middle[None]).labels[0])
+            for share in BESIDE:
+                if label in NOWHERE:
+                    middle = self.middle(share)
+                    label = int(self.labeller.label(middle[None]).labels[0])
             if label in NOWHERE:
                 return False
             # a third attractor takes the place of the second one
@@ -246,12 +247,13 @@ class Border:
     def followed(self) -> tuple[str, Edge | None]:
         """What the border comes to, in a word, and the edge state."""
         while self.bisect(CLOSE):
-            self.path.append(self.middle)
+            self.path.append(self.middle())
             for edge in self._candidates():
                 if self._on_border(edge):
                     return edge.motion.word, edge
             if not self._follow():
                 return "torn", None
+        self.path.append(self.middle())
         return "not decided", None
 
     def _follow(self) -> bool:
@@ -266,12 +268,12 @@ class Border:
                 if not self.bisect(TEAR):
                     self.pair = after
                     break
-                at, distance = self.middle, self.distance
+                at, distance = self.middle(), self.distance
                 self._step()
                 if self.distance > APART / CLOSE * distance and self.distance > APART:
                     self.path.append(at)
                     return False
-            self.path.append(self.middle)
+            self.path.append(self.middle())
         return True
 
     def _step(self) -> None:
@@ -285,8 +287,8 @@ class Border:
         if self.system.autonomous:
             guesses = [self.path[-1][None]]
         else:
-            distances = [self._size(self.path[-1] - self.path[-1 - k]) for k in range(1, len(self.path))]
-            near = [k for k, distance in enumerate(distances[: self.labeller.longest], 1) if distance < NEAR]
+            periods = range(1, min(len(self.path), self.labeller.longest + 1))
+            near = [k for k in periods if self._size(self.path[-1] - self.path[-1 - k]) < NEAR]
             guesses = [np.array(self.path[-k:]) for k in dict.fromkeys([1, *near[:3]])]
         for guess in guesses:
             for edge in self._solved(self.system, guess):
@@ -297,7 +299,7 @@ class Border:
 
     def _solved(self, system: SectionSystem, guess: Vector) -> Iterator[Edge]:
         """The edge state near points (period, n) at a section."""
-        cycles, _ = solved_cycles(system, guess[None])
+        cycles, _ = solved_cycles(system, guess[None], within=ASTRAY * NEAR)
         if not len(cycles) or least_periods(system, cycles, system.sizes())[0] < len(guess):
             return
         moved = system.difference(guess[0] - cycles[0, 0])
@@ -312,7 +314,7 @@ class Border:
         """Cycles of what nothing forces near the border, at a section of their own."""
         if len(self.path) < STRETCH:
             return
-        section, start, reach = section_through(system, *self._stretch(system))
+        section, start, reach = section_through(system, *self._stretch(system), SPAN * float(system.periods({}, 1)[0]))
         if section is None:
             return
         guess = [start]

@@ -26,6 +26,7 @@ from fmu_models.families.execution import Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.crossing import Crossing
 from fmu_models.sections.periodic import PeriodicMotion
+from fmu_models.sections.point import PATIENCE
 from fmu_models.sections.stability import ON_CIRCLE, Stability
 from fmu_models.sections.strobe import Strobe, strobe_of
 from fmu_models.sections.system import SectionSystem
@@ -33,8 +34,12 @@ from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
 
 MOST, LONGEST, SETTLED = 3000, 64, 1e-10  # steps of a transient, period looked for, relative distance of equal points
-SPAN, SAMPLES = 1024, 4097  # steps of the strobe over which a cycle is sampled, and how finely
-PATIENT = 4.0  # steps that count as a period while a section is waited for
+# steps of the strobe over which a cycle is sampled, how finely, how often four times as many are tried until it comes
+# back: relaxation cycles creep most of their time
+SPAN, SAMPLES, LONGER = 1024, 4097, 5
+FEW = 8  # starts that are followed until they repeat a cycle
+PATIENT = 4.0  # spans in which a motion comes back to its section
+OFTEN = 64  # times in a period
 SAME = 1e-6  # of the size of a state: two equilibria, or a step and its mirror image, that are nearer are one
 
 
@@ -94,15 +99,33 @@ class LimitCycle(PeriodicMotion):
         """Where it surely attracts."""
         return targets_of(self.section, [self], self.reach)
 
+    def farthest(self, point: Vector, times: int) -> float:
+        """How far from a point (n,) its motion is within a period, in sizes, at so many times up to the whole of it."""
+        states = self.section.fmu.states
+        motion = self.section.trajectory(point, np.linspace(0.0, self.time, times + 1))
+        moved = np.stack([motion[name][1:] - motion[name][0] for name in states], axis=1)
+        return float(np.abs(moved / self.section.sizes()[: len(states)]).max())
+
     def holds(self, points: Vector) -> bool:
         """Whether points (k, n) of an attractor are its own."""
-        return bool(self.absorbs(points[:1], 1).all())
+        return bool(self.absorbs(points[:1], 1, longest=LONGEST, settled=SETTLED).all())
 
-    def absorbs(self, starts: Vector, workers: int | None, **jobs: Any) -> Integers:
-        """(m,) turns after which starts (m, n) have surely come to it; 0 if they have not."""
-        runs = Jobs(starts, targets=self.targets, **{"transient": 4 * self.period, **jobs})
-        rows = Runner(self.section, execution=Execution(workers=workers)).make(runs, quiet=True)
-        return np.where(rows.orbits == 0, np.maximum(rows.steps, 1), 0)
+    def absorbs(
+        self, starts: Vector, workers: int | None, *, longest: int, settled: float, transient: int | None = None
+    ) -> Integers:
+        """(m,) turns after which starts (m, n) have surely come to it; 0 if they have not.
+
+        transient: turns that are waited for; the others as of ``Jobs``.
+        """
+        runner = Runner(self.section, execution=Execution(workers=workers))
+        search = {"longest": longest, "settled": settled, "transient": transient or 4 * self.period}
+        if len(starts) > FEW:  # else it costs more to know where it attracts
+            rows = runner.make(Jobs(starts, targets=self.targets, **search), quiet=True)
+            return np.where(rows.orbits == 0, np.maximum(rows.steps, 1), 0)
+        rows = runner.make(Jobs(starts, rows=2 * longest, **search), quiet=True)
+        away = np.abs(self.section.difference(rows.points[:, :1] - self.points)) / self.section.sizes()
+        came = (rows.periods > 0) & (away.max(axis=2).min(axis=1) < SAME)
+        return np.where(came, np.maximum(rows.steps, 1), 0)
 
 
 def limit_cycle(system: Strobe, point: Vector, **search: Any) -> LimitCycle | None:
@@ -110,36 +133,40 @@ def limit_cycle(system: Strobe, point: Vector, **search: Any) -> LimitCycle | No
 
     search: ``longest`` and ``settled`` of ``Jobs``.
     """
-    section, start, reach = _own_section(system, point)
-    if section is None:
-        return None
-    rows = section.make(Jobs(start[None], rows=2 * search["longest"], **search), workers=1)
-    (motion,) = claimed(section, rows, longest=search["longest"]).motions
-    return None if motion is None else LimitCycle(**vars(motion), section=section, reach=reach)
+    names, span = system.fmu.states, SPAN * float(system.periods({}, 1)[0])
+    for longer in range(LONGER):
+        motion = system.trajectory(point, np.linspace(0.0, 4.0**longer * span, SAMPLES))
+        states, slopes = (np.stack([motion[n] for n in of], axis=1) for of in (names, rates(names)))
+        section, start, reach = section_through(system, states, slopes, 4.0**longer * span)
+        if section is None:
+            return None
+        rows = section.make(Jobs(start[None], rows=2 * search["longest"], **search), workers=1)
+        if rows.filled[0] > 0:
+            (motion,) = claimed(section, rows, longest=search["longest"]).motions
+            cycle = None if motion is None else LimitCycle(**vars(motion), section=section, reach=reach)
+            # what goes nowhere in its period is the rounding of an equilibrium
+            return None if cycle is None or cycle.farthest(cycle.points[0], OFTEN) <= SAME else cycle
+    return None
 
 
-def _own_section(system: Strobe, point: Vector) -> tuple[Crossing | None, Vector, float]:
-    """The section of the motion from a point, where it meets that, and the largest size of the motion."""
-    names, step = system.fmu.states, float(system.periods({}, 1)[0])
-    motion = system.trajectory(point, np.linspace(0.0, SPAN * step, SAMPLES))
-    return section_through(system, *(np.stack([motion[n] for n in of], axis=1) for of in (names, rates(names))))
-
-
-def section_through(system: Strobe, states: Vector, slopes: Vector) -> tuple[Crossing | None, Vector, float]:
+def section_through(
+    system: Strobe, states: Vector, slopes: Vector, span: float
+) -> tuple[Crossing | None, Vector, float]:
     """The level where a motion moves fastest, the point there, and the largest size of the motion.
 
     Args:
         states, slopes: (k, n) along it, and their rates.
+        span: s, that they are taken over.
     """
-    fmu, step = system.fmu, float(system.periods({}, 1)[0])
     sizes = system.sizes()[: states.shape[1]]
     size = states.std(axis=0)
     speeds = np.abs(slopes) / np.where(size > SAME * sizes, size, np.inf)
     k, i = np.unravel_index(speeds.argmax(), speeds.shape)
     if not speeds[k, i] > 0.0:
         return None, states[k], 0.0
-    level, settings = float(states[k, i]), {"parameters": system.values, "tolerance": system.tolerance}
-    section = Crossing(fmu, fmu.states[i], level, int(np.sign(slopes[k, i])), wait=PATIENT * step, **settings)
+    settings = {"parameters": system.values, "tolerance": system.tolerance, "wait": PATIENT * span / PATIENCE}
+    level, direction = float(states[k, i]), int(np.sign(slopes[k, i]))
+    section = Crossing(system.fmu, system.fmu.states[i], level, direction, **settings)
     return section, section.start(states[k]), float((size / sizes).max())
 
 
@@ -199,11 +226,20 @@ def settle_flows(
         motion = resting(system, rows.ends[i]) if rests else limit_cycle(system, rows.ends[i], **search)
         if motion is None:
             continue
-        beside = [k for k, known in enumerate(attractors) if rests and known.word == motion.word]
+        beside = [k for k, known in enumerate(attractors) if _same(known, motion)]
         labels[i] = beside[0] if beside else len(attractors)
         if not beside:
             attractors.append(motion)
             absorb(attractors, rows.ends, labels, steps, workers, **search)
+
+
+def _same(known: Any, motion: Equilibrium | LimitCycle) -> bool:
+    """Whether an attractor is this motion; equilibria side by side are one."""
+    if isinstance(motion, Equilibrium):
+        return known.word == motion.word
+    if not isinstance(known, LimitCycle) or abs(known.time - motion.time) > SAME * motion.time:
+        return False
+    return known.holds(motion.points)
 
 
 def resting(system: Strobe, point: Vector) -> Equilibrium | None:

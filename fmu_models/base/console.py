@@ -20,12 +20,11 @@ from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import FULL
 from fmu_models.base.pace import Pace, spoken
 from fmu_models.base.printable import in_line, printable, printable_json
-from fmu_models.base.table import Cell
-from fmu_models.base.table import table as made_table
+from fmu_models.base.table import table as table
 from fmu_models.base.trust import command_line, everything
 
 if TYPE_CHECKING:
-    from rich.console import Console, ConsoleOptions, RenderResult
+    from rich.console import Console
     from rich.text import Text
 
 # work shorter than this passes without a progress bar, s
@@ -114,21 +113,6 @@ def say(as_json: bool, data: Mapping[str, Any], show: Callable[[Console], None])
         print(printable_json(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False)))
     else:
         show(console())
-
-
-class table:
-    """Rows given one by one, shown as a `fmu_models.base.table.Table`; columns named with a leading '>' are numbers."""
-
-    def __init__(self, *columns: str, title: str | None = None) -> None:
-        self.columns, self.title, self.rows = columns, title or "", []
-
-    def add_row(self, *cells: str | Text) -> None:
-        """A row of as many cells as there are columns."""
-        pairs = zip(self.columns, cells, strict=True)
-        self.rows.append([Cell(str(cell), "number" if name.startswith(">") else "text") for name, cell in pairs])
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        yield made_table(self.title, [name.lstrip(">") for name in self.columns], self.rows)
 
 
 def plain(text: str, style: str = "") -> Text:
@@ -243,6 +227,39 @@ def settings(
             raise StickslipError(f"The {kind} '{name}' is given twice. Give it once.")
         values[name] = number
     return values
+
+
+def pairs(texts: Sequence[str] | None, option: str, form: str, between: str = "=") -> list[tuple[str, str]]:
+    """Both sides of arguments ``NAME=SOMETHING``. StickslipError: not of that ``form``, in words with an example."""
+    parted = [text.partition(between) for text in texts or ()]
+    for name, sign, value in parted:
+        if not (name.strip() and sign and value.strip()):
+            raise StickslipError(f"{option} takes {form}; found '{name}{sign}{value}'.")
+    return [(name.strip(), value.strip()) for name, _, value in parted]
+
+
+def spans(texts: Sequence[str] | None, option: str) -> dict[str, tuple[float, float]]:
+    """Two ascending numbers by name, from arguments ``NAME=LOW:HIGH``; errors as for ``pairs``."""
+    ends = {}
+    for name, text in pairs(texts, option, "NAME=LOW:HIGH, such as y=0:10"):
+        try:
+            low, high = (float(end) for end in text.split(":"))
+        except ValueError:
+            low, high = 0.0, 0.0
+        if not low < high:
+            raise StickslipError(f"{option} takes NAME=LOW:HIGH with two ascending numbers; found '{name}={text}'.")
+        ends[name] = low, high
+    return ends
+
+
+def numbers(text: str, option: str) -> list[float]:
+    """Numbers between commas. StickslipError: others."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise StickslipError(
+            f"{option} takes numbers separated by commas, such as 0.2,0.41; found '{text}'."
+        ) from error
 
 
 def chosen(contacts: str | None) -> tuple[str, ...] | None:

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from fmu_models.base.digits import UNCERTAIN, deviation, like_sd, value_with_sd
 from fmu_models.base.printable import in_line
@@ -99,22 +99,20 @@ class PrintedTable:
 
 
 def table(title: str, columns: Sequence[str | PrintedColumn], rows: Iterable[Sequence[str | Cell]]) -> PrintedTable:
-    """A table of plain heads and texts, or of columns and cells."""
+    """A table of plain heads and texts, or of columns and cells; texts below a head with a leading '>' are numbers."""
+    named = [column if isinstance(column, PrintedColumn) else PrintedColumn(column) for column in columns]
+    kinds: list[Any] = ["number" if column.head.startswith(">") else "text" for column in named]
+    lines = (zip(row, kinds, strict=True) for row in rows)
     return PrintedTable(
         title,
-        tuple(column if isinstance(column, PrintedColumn) else PrintedColumn(column) for column in columns),
-        tuple(tuple(cell if isinstance(cell, Cell) else Cell(cell) for cell in row) for row in rows),
+        tuple(replace(column, head=column.head.lstrip(">")) for column in named),
+        tuple(tuple(cell if isinstance(cell, Cell) else Cell(cell, kind) for cell, kind in line) for line in lines),
     )
 
 
 def number(value: float | None, digits: str = UNCERTAIN) -> Cell:
     """A number in a format of Python's; nothing for None."""
     return Cell("" if value is None else f"{value:{digits}}", "number")
-
-
-def counted(value: int | None) -> Cell:
-    """A count; nothing for None."""
-    return Cell("" if value is None else str(value), "number")
 
 
 def measured(value: float, sd: float | None) -> Cell:

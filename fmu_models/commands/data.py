@@ -27,10 +27,7 @@ def data(context: typer.Context, json: console.Json = False) -> None:
     items = shipped.items()
 
     def show(out: console.Console) -> None:
-        listing = console.table("name", "what it is")
-        for name, path in items.items():
-            listing.add_row(name, _title(path))
-        out.print(listing)
+        out.print(console.table("", ("name", "what it is"), [[name, _title(path)] for name, path in items.items()]))
         out.print("Copy one:  stickslip data copy NAME")
 
     console.say(json, {"items": [{"name": name, "title": _title(path)} for name, path in items.items()]}, show)

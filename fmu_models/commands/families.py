@@ -85,8 +85,7 @@ class SectionOptions:
             StickslipError: options that contradict one another, or as the section does.
         """
         from fmu_models.fmu.load import load
-        from fmu_models.sections.crossing import Crossing
-        from fmu_models.sections.impacts import Impacts
+        from fmu_models.sections.crossing import Crossing, Impacts
         from fmu_models.sections.iteration import Iteration
         from fmu_models.sections.strobe import Strobe
 

@@ -21,11 +21,15 @@ def maps(json: console.Json = False) -> None:
     rows = listed(MAPS, _row)
 
     def show(out: console.Console) -> None:
-        listing = console.table("map", "what it is", "states", "parameters", "source")
-        for row in rows:
-            values = ", ".join(f"{name} {value:g}" for name, value in row["parameters"].items())
-            listing.add_row(row["name"], row["title"], ", ".join(row["states"]), values, row["source"])
-        out.print(listing)
+        lines = [
+            [
+                *(row["name"], row["title"], ", ".join(row["states"])),
+                ", ".join(f"{name} {value:g}" for name, value in row["parameters"].items()),
+                row["source"],
+            ]
+            for row in rows
+        ]
+        out.print(console.table("", ("map", "what it is", "states", "parameters", "source"), lines))
         out.print("Look at one:  stickslip map MAP")
 
     console.say(json, {"maps": rows}, show)

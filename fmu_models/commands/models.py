@@ -27,11 +27,9 @@ def models(json: console.Json = False) -> None:
             for row in rows
         }
         for paper in dict.fromkeys(papers.values()):
-            listing = console.table("model", "what it is", "contacts", title=paper)
-            for row in rows:
-                if papers[row["name"]] == paper:
-                    listing.add_row(row["name"], row["title"], ", ".join(row["contacts"]))
-            out.print(listing)
+            mine = [row for row in rows if papers[row["name"]] == paper]
+            lines = [[row["name"], row["title"], ", ".join(row["contacts"])] for row in mine]
+            out.print(console.table(paper, ("model", "what it is", "contacts"), lines))
         out.print("Look at one:  stickslip show MODEL, also of your own: stickslip show my_model.py")
 
     console.say(json, {"models": rows}, show)

@@ -49,7 +49,7 @@ def scene(
     comparisons = compare(read, rows)
     savings = None
     if explain:
-        from fmu_models.validation.scene_savings.measure import measured
+        from fmu_models.validation.scene_savings import measured
 
         with console.progress("measuring") as advance:
             savings = measured(read, advance)
@@ -89,10 +89,8 @@ def _list(as_json: bool) -> None:
     rows = [{"name": name, **{k: d.text(k) for k in ("title", "model", "source")}} for name, d in documents.items()]
 
     def show(out: console.Console) -> None:
-        listing = console.table("scene", "what it is", "model", "source")
-        for row in rows:
-            listing.add_row(row["name"], row["title"], row["model"], row["source"])
-        out.print(listing)
+        lines = [[row[key] for key in ("name", "title", "model", "source")] for row in rows]
+        out.print(console.table("", ("scene", "what it is", "model", "source"), lines))
         out.print("Run one:  stickslip scene SCENE")
 
     console.say(as_json, {"scenes": rows}, show)

@@ -53,8 +53,7 @@ def stress(
     Example: stickslip stress --random 500 --seed 1
     """
     from fmu_models.validation.stress import report
-    from fmu_models.validation.stress.choice import listed_cases, random_cases
-    from fmu_models.validation.stress.workers import judged, judges
+    from fmu_models.validation.stress.workers import drawn_cases, judged, judges, listed_cases
 
     check_files(figures=[figure], overwrite=overwrite)
     if until is not None and not 0 < until < float("inf"):
@@ -70,7 +69,7 @@ def stress(
         if random is None:
             chosen = listed_cases(models or [], case, until, quick)
         else:
-            chosen = random_cases(models or [], random, SEED if seed is None else seed, until)
+            chosen = drawn_cases(models or [], random, SEED if seed is None else seed, until)
         try:
             for cell in judged(chosen, advance, pool):
                 cells.append(cell)

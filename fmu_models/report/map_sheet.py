@@ -6,6 +6,7 @@ from typing import Any
 
 from fmu_models.base import console
 from fmu_models.base.digits import value_with_sd
+from fmu_models.base.table import PrintedTable, table
 
 
 def print_map(content: dict[str, Any], out: console.Console) -> None:
@@ -22,11 +23,14 @@ def print_map(content: dict[str, Any], out: console.Console) -> None:
     else:
         out.print(f"{heading}: none found for {where}")
     if content.get("jumps"):
-        jumps = console.table(">jump at", ">left", ">right", "", title=f"Jumps of the {_iterate(period)}")
-        for row in content["jumps"]:
-            crossing = "crosses the diagonal; no fixed point" if row["crosses_diagonal"] else ""
-            jumps.add_row(*(f"{round(row[key], 9):.6g}" for key in ("x", "left", "right")), crossing)
-        out.print(jumps)
+        jumps = [
+            [
+                *(f"{round(row[key], 9):.6g}" for key in ("x", "left", "right")),
+                "crosses the diagonal; no fixed point" if row["crosses_diagonal"] else "",
+            ]
+            for row in content["jumps"]
+        ]
+        out.print(table(f"Jumps of the {_iterate(period)}", (">jump at", ">left", ">right", ""), jumps))
     if "bifurcations" in content:
         _print_bifurcations(content["bifurcations"], out)
     if "lyapunov" in content:
@@ -40,26 +44,30 @@ def _iterate(period: int) -> str:
     return "map" if period == 1 else f"map applied {period} times"
 
 
-def _motion_table(content: dict[str, Any], title: str) -> console.table:
-    states = list(content["rule"])
-    motions = console.table(*(f">{name}" for name in states), ">eigenvalues", "class", "", title=title)
+def _motion_table(content: dict[str, Any], title: str) -> PrintedTable:
+    states, motions = list(content["rule"]), []
     for motion in content["motions"]:
         values = "\n".join(_complex(eigenvalue) for eigenvalue in motion["eigenvalues"])
         verdict = "stable" if motion["stable"] else "unstable" if motion["hyperbolic"] else "undecided"
         columns = ("\n".join(f"{point[name]:.10g}" for point in motion["points"]) for name in states)
-        motions.add_row(*columns, values, "\n".join(motion["classes"]), verdict)
-    return motions
+        motions.append([*columns, values, "\n".join(motion["classes"]), verdict])
+    return table(title, (*(f">{name}" for name in states), ">eigenvalues", "class", ""), motions)
 
 
 def _print_bifurcations(rows: list[dict[str, Any]], out: console.Console) -> None:
     if not rows:
         out.print("On the way these motions meet neither a saddle-node nor a flip.")
         return
-    bifurcations = console.table("parameter", ">value", "what", "at", title="On the way")
-    for row in rows:
-        coordinates = ", ".join(f"{name} {value:.6g}" for name, value in row["points"][0].items())
-        bifurcations.add_row(row["parameter"], f"{row['value']:.14g}", row["kind"], coordinates)
-    out.print(bifurcations)
+    bifurcations = [
+        [
+            row["parameter"],
+            f"{row['value']:.14g}",
+            row["kind"],
+            ", ".join(f"{name} {value:.6g}" for name, value in row["points"][0].items()),
+        ]
+        for row in rows
+    ]
+    out.print(table("On the way", ("parameter", ">value", "what", "at"), bifurcations))
 
 
 def _complex(eigenvalue: dict[str, float]) -> str:

@@ -54,35 +54,33 @@ def print_results(scene: Scene, rows: tuple[Row, ...], out: console.Console) -> 
 def print_comparisons(comparisons: tuple[Comparison, ...], out: console.Console) -> None:
     if not comparisons:
         return
-    listing = console.table(
-        "known value", ">at", ">known", ">found", ">error", ">allowed", "", title="against what is known"
-    )
-    for comparison in comparisons:
-        at = "" if comparison.at is None else f"{comparison.at:g}"
-        numbers = (
+    rows = [
+        [
+            comparison.name,
+            "" if comparison.at is None else f"{comparison.at:g}",
             f"{comparison.known:.13g}",
             f"{comparison.found:.13g}",
             f"{comparison.error:.1e}",
             f"{comparison.tolerance:.0e}",
-        )
-        listing.add_row(comparison.name, at, *numbers, "" if comparison.passed else "differs")
-    out.print(listing)
+            "" if comparison.passed else "differs",
+        ]
+        for comparison in comparisons
+    ]
+    out.print(
+        table("against what is known", ("known value", ">at", ">known", ">found", ">error", ">allowed", ""), rows)
+    )
 
 
 def print_explained(content: dict[str, Any], out: console.Console) -> None:
-    listing = console.table("left out", "name", "why", title="what the scene's FMU does without")
-    for row in content["left_out"]:
-        listing.add_row(row["kind"], row["name"], row["why"])
-    out.print(listing)
-    listing = console.table("measured now", ">scene", ">whole model", ">saved", title="what that saves")
-    sizes = content["sizes"]
+    parts = [[row["kind"], row["name"], row["why"]] for row in content["left_out"]]
+    out.print(table("what the scene's FMU does without", ("left out", "name", "why"), parts))
+    sizes, rows = content["sizes"], []
     for quantity in sizes["scene"]:
         a, b = sizes["scene"][quantity], sizes["model"][quantity]
         unit = " kB" if quantity == "bytes" else ""
         a, b = (a / 1000, b / 1000) if quantity == "bytes" else (a, b)
-        listing.add_row(
-            "FMU file" if quantity == "bytes" else quantity, f"{a:.0f}{unit}", f"{b:.0f}{unit}", f"{b - a:.0f}{unit}"
-        )
+        label = "FMU file" if quantity == "bytes" else quantity
+        rows.append([label, f"{a:.0f}{unit}", f"{b:.0f}{unit}", f"{b - a:.0f}{unit}"])
     times = {
         "first result, nothing built": ("build_seconds", 1.0, "s"),
         "first result, FMU built before": ("start_seconds", 1.0, "s"),
@@ -90,8 +88,8 @@ def print_explained(content: dict[str, Any], out: console.Console) -> None:
     }
     for quantity, (key, factor, unit) in times.items():
         a, b = (content[key][side] * factor for side in ("scene", "model"))
-        listing.add_row(quantity, f"{a:.3g} {unit}", f"{b:.3g} {unit}", f"{b / a:.2f} times faster")
-    out.print(listing)
+        rows.append([quantity, f"{a:.3g} {unit}", f"{b:.3g} {unit}", f"{b / a:.2f} times faster"])
+    out.print(table("what that saves", ("measured now", ">scene", ">whole model", ">saved"), rows))
     if content["difference"] is None:
         out.print("Contacts that are left out cannot be switched off in the whole model: its runs are another motion.")
     else:

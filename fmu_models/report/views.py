@@ -19,6 +19,7 @@ from fmu_models.analyses.section import PoincareSection
 from fmu_models.analyses.shares import BasinShares
 from fmu_models.analyses.shock import LeastShock
 from fmu_models.analyses.spectrum import Spectrum
+from fmu_models.analyses.tipping import TippingRates
 from fmu_models.base.shown import draw, tell
 from fmu_models.report.branch_views import draw_branches, legend_below, with_unit
 from fmu_models.report.colours import COLOURS
@@ -271,10 +272,25 @@ def _(result: BasinShares, axes: Axes) -> None:
     axes.legend(title="attractor", frameon=False, fontsize="small")
 
 
+@draw.register(TippingRates)
+def _(result: TippingRates, axes: Axes) -> None:
+    """What the motion comes to over the rate, one line for each, and dotted lines where that changes."""
+    kinds = sorted(set(zip(result.labels.tolist(), result.words, strict=True)))
+    places = {label: place for place, (label, _) in enumerate(kinds)}
+    axes.plot(result.rates, [places[label] for label in result.labels.tolist()], "o", color="black", markersize=4)
+    for tip in result.tips:
+        axes.axvline(tip.value, color="0.5", linestyle=":", linewidth=0.8)
+    axes.set_yticks([*places.values()], [word for _, word in kinds])
+    unit = result.units.get(result.over, "")
+    axes.set(xscale="log", xlabel=f"rate of {result.over} ({unit}/s)", ylim=(-0.5, len(kinds) - 0.5))
+    axes.set_title(f"{result.model}, {result.over} from {result.first:g} to {result.last:g}", fontsize="medium")
+
+
 @tell.register(Diagram)
 def _(diagram: Diagram) -> str:
     return repr(diagram) if diagram.branches is None else f"{diagram!r}\n{tell(diagram.branches)}"
 
 
-for kind in (BasinShares, EdgeState, LeastShock, ReducedMap, Basins, Chart, Spectrum, Exponents, PoincareSection):
+REPEATED = (BasinShares, EdgeState, LeastShock, TippingRates, ReducedMap, Basins, Chart, Spectrum, Exponents)
+for kind in (*REPEATED, PoincareSection):
     tell.register(kind, repr)

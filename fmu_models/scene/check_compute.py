@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fmu_models.analyses.declaration import NO_BOX, PARAMETERS, STATE, STATES
+from fmu_models.analyses.declaration import NO_BOX, NO_RAMP, PARAMETERS, STATE, STATES
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.toml_document import Document
 from fmu_models.scene.kinds import KINDS
@@ -126,7 +126,9 @@ def _axes(doc: Document, names: Names, name: str, kind: Kind) -> dict[str, tuple
 def _setting(doc: Document, names: Names, key: str, default: Any) -> Any:
     """A key that a kind of computation alone reads."""
     if isinstance(default, Mapping):
-        return _by_state(doc, names, key, 2 if default is NO_BOX else 1)
+        if default is NO_RAMP:
+            return _by_name(doc, names, key, "drive", names.varied, 2)
+        return _by_name(doc, names, key, "state", names.states, 2 if default is NO_BOX else 1)
     if isinstance(default, float):
         return doc.value(doc.table("compute")[key], "1", "compute", key)
     if isinstance(default, int):
@@ -134,19 +136,21 @@ def _setting(doc: Document, names: Names, key: str, default: Any) -> Any:
     return doc.text(key, "compute")
 
 
-def _by_state(doc: Document, names: Names, key: str, count: int = 1) -> dict[str, Any]:
-    """A number by state, or a list of ``count``, in its unit."""
+def _by_name(
+    doc: Document, names: Names, key: str, kind: str, units: Mapping[str, str], count: int = 1
+) -> dict[str, Any]:
+    """A number by the name of a state or drive, or a list of ``count``, in its unit."""
     numbers: dict[str, Any] = {}
-    for state, raw in doc.table("compute", key).items():
-        path = ("compute", key, state)
-        if state not in names.states:
-            raise names.stranger("state", state, names.states, *path)
+    for name, raw in doc.table("compute", key).items():
+        path = ("compute", key, name)
+        if name not in units:
+            raise names.stranger(kind, name, units, *path)
         if count == 1:
-            numbers[state] = doc.value(raw, names.states[state], *path)
+            numbers[name] = doc.value(raw, units[name], *path)
         elif isinstance(raw, list) and len(raw) == count:
-            numbers[state] = tuple(doc.value(end, names.states[state], *path) for end in raw)
+            numbers[name] = tuple(doc.value(end, units[name], *path) for end in raw)
         else:
-            raise doc.fault(f"'{state}' must be a list of {count} numbers, found {raw!r}.", *path)
+            raise doc.fault(f"'{name}' must be a list of {count} numbers, found {raw!r}.", *path)
     return numbers
 
 
@@ -163,7 +167,7 @@ def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[
     if names.of_map and (forcing or period):
         key = "forcing" if forcing else "period"
         raise doc.fault("of a map every step is looked at: leave the period out.", "compute", key)
-    level = _by_state(doc, names, "level")
+    level = _by_name(doc, names, "level", "state", names.states)
     if len(level) > 1 or (level and impacts):
         raise doc.fault("a section is a level of one state, or where a contact begins: name one of them.", "compute")
     elsewhere = bool(level or impacts)

@@ -18,7 +18,7 @@ MANY = 20  # values that an error lists
 
 @dataclass(frozen=True)
 class Comparison:
-    """A result against its known value; error relative to it, absolute where it is zero."""
+    """A result against its known value, and whose that is; error relative to it, absolute where it is zero."""
 
     name: str
     at: float | None
@@ -26,6 +26,7 @@ class Comparison:
     known: float
     error: float
     tolerance: float
+    source: str = ""
 
     @property
     def passed(self) -> bool:
@@ -117,7 +118,8 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
         for name, expected in reference.values.items():
             refuse_unknown(name, row.values, f"{scene.path}: there is no result '{name}'.")
             error = abs(row.values[name] - expected) / (abs(expected) or 1.0)
-            comparisons.append(Comparison(name, row.at, row.values[name], expected, error, reference.tolerance))
+            whose = reference.tolerance, reference.source
+            comparisons.append(Comparison(name, row.at, row.values[name], expected, error, *whose))
     return tuple(comparisons)
 
 

@@ -200,6 +200,12 @@ class Iteration(SectionSystem):
         return np.where(np.isfinite(stacked), stacked, np.nan)
 
     @property
+    def driven(self) -> list[int]:
+        """Angles that each step turns by the same."""
+        turned = {x: self.map.rule[x] - x for x in self.map.modulus}
+        return [self.map.states.index(x) for x, by in turned.items() if not by.free_symbols & set(self.map.states)]
+
+    @property
     def turns(self) -> Vector:
         """Moduli of the states."""
         return _moduli(self.map)

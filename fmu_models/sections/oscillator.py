@@ -110,7 +110,10 @@ class FmuSection(FmuPoints):
 
     def step(self, points: Vector, varied: Varied | None = None, *, derivative: bool = True) -> Step:
         """One step of points (m, n), all by one instance."""
-        return self.backend.step(self, points, varied or {}, derivative=derivative)
+        step = self.backend.step(self, points, varied or {}, derivative=derivative)
+        if derivative:
+            step.derivatives[:, self.drifting] = 0.0
+        return step
 
     def along(self, points: Vector, varied: Varied | None = None) -> Vector:
         """(m, n) rates of the states at points (m, n), where the backend tells them."""

@@ -156,7 +156,7 @@ def _through(system: SectionSystem, cycles: Vector, step: Step, sound: Flags) ->
         monodromy = derivatives[:, i] @ monodromy
     miss = system.difference(step.points.reshape(cycles.shape)[sound] - np.roll(points, -1, axis=1))
     # a number of a point that the others determine has an eigenvalue 0 of its own
-    eigenvalues = eigenvalues_of(monodromy)[:, : system.dimension]
+    eigenvalues = eigenvalues_of(monodromy)[:, : system.dimension - len(system.drifting)]
     times, began = step.times.reshape(m, period), step.began.reshape(m, period, step.began.shape[1])
     sums = times[sound].sum(axis=1), began[sound].sum(axis=1)
     return Cycles(points, eigenvalues, *sums, np.abs(miss).max(axis=(1, 2)))
@@ -213,11 +213,15 @@ def find_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = 
     return solved_cycles(system, guesses, varied)[0]
 
 
-def solved_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = None) -> tuple[Vector, Integers]:
+def solved_cycles(
+    system: SectionSystem, guesses: Vector, varied: Varied | None = None, *, within: float = np.inf
+) -> tuple[Vector, Integers]:
     """Cycles (k, period, n) from guesses (m, period, n), and the numbers (k,) of the guesses that they come from.
 
     Args:
         varied: values (m,) of parameters by name, one per guess.
+        within: in sizes of the states; a search that leads farther from its guess ends, before a step from there, which
+            may take long.
     """
     m, period, n = guesses.shape
     names, width = list(varied or {}), period * n
@@ -226,6 +230,8 @@ def solved_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None 
 
     def equations(flat: Vector) -> tuple[Vector, Vector]:
         points, fixed_columns = flat[:, :width].reshape(-1, period, n), flat[:, width:]
+        moved = np.abs(system.difference(points - guesses[fixed_columns[:, -1].astype(int)]) / system.sizes())
+        points = np.where(moved.max(axis=(1, 2), keepdims=True) <= within, points, np.nan)
         values = {name: np.repeat(fixed_columns[:, i], period) for i, name in enumerate(names)}
         step = system.step(points.reshape(-1, n), values)
         miss = system.difference(step.points.reshape(points.shape) - np.roll(points, -1, axis=1))

@@ -14,7 +14,7 @@ from typing import Self
 
 import numpy as np
 
-from fmu_models.base.arrays import Varied, Vector
+from fmu_models.base.arrays import Flags, Varied, Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
@@ -103,6 +103,10 @@ class FmuPoints(SectionSystem):
         """Whether something forces the motion."""
         return self.forcing is not None or self.period is not None
 
+    @cached_property
+    def drifting(self) -> list[int]:  # type: ignore[override]
+        return [self.states.index(name) for name in self.fmu.cyclic]
+
     @property
     def dimension(self) -> int:
         """What nothing forces has one of its states bound by the section; memories follow from the way."""
@@ -145,7 +149,21 @@ class FmuPoints(SectionSystem):
 
     def sizes(self) -> Vector:
         """(n,) nominal values."""
-        return np.array([self.fmu.size_of(name) for name in self.states])
+        sizes = np.array([self.fmu.size_of(name) for name in self.states])
+        sizes[self.drifting] = np.inf
+        return sizes
+
+    @property
+    def free(self) -> Flags:
+        return ~np.isin(np.arange(len(self.states)), self.drifting)
+
+    def difference(self, points: Vector) -> Vector:
+        """(..., n) as of any section; of what drifts there is none."""
+        differences = super().difference(points)
+        if self.drifting:
+            differences = differences.copy()
+            differences[..., self.drifting] = 0.0
+        return differences
 
     @cached_property
     def turns(self) -> Vector:  # type: ignore[override]

@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Varied, Vector
+from fmu_models.base.arrays import Flags, Varied, Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
 from fmu_models.families import stepwise
@@ -143,6 +143,22 @@ class SectionSystem(Shown, ABC):
         """
         plain = {name: value for name, value in vars(self).items() if isinstance(value, str | int | float | None)}
         return {"section": type(self).__name__, "model": self.name, **plain, "parameters": dict(self.values)}
+
+    @property
+    def drifting(self) -> list[int]:
+        """Numbers of a point upon which nothing depends, as a height is that only falls: none is far from another, and
+        a step of the others does not change by them."""
+        return []
+
+    @property
+    def free(self) -> Flags:
+        """(n,) numbers by which points may differ: none that drifts, and not the one that names the section."""
+        return np.ones(len(self.states), bool)
+
+    @property
+    def driven(self) -> list[int]:
+        """Numbers of a point that are phases which turn by themselves, as a forcing of a second frequency has one."""
+        return []
 
     @property
     def turns(self) -> Vector:

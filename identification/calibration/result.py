@@ -222,15 +222,6 @@ class Calibration(Pictured):
         return {"type": KIND, **record(replace(self, posterior=posterior))}
 
 
-def is_calibration(path: str | os.PathLike[str]) -> bool:
-    """Whether a file holds a calibration; a file that cannot be read is left to those who read other results."""
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(content, dict) and content.get("type") == KIND
-
-
 def read_calibration(path: str | os.PathLike[str]) -> Calibration:
     """A result of 'stickslip calibrate MODEL LOGS -o FILE.json'.
 

@@ -13,7 +13,7 @@ from fmu_models.base import console
 from fmu_models.base.digits import deviation, like_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
-from identification.commands.fits import FitFile
+from identification.commands.fits import ANY_MODEL, MACHINE, RIG, FitFile, fitted_kind
 from identification.commands.machines import MachinePlace, read_machine, refuse
 
 if TYPE_CHECKING:
@@ -94,17 +94,12 @@ def _check_kinds(source: Path | None, output: Path, kind: str) -> None:
 
 
 def _renamed(names: list[str] | None) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for text in names or ():
-        name, equals, target = (part.strip() for part in text.partition("="))
-        if not (name and equals and target):
-            raise StickslipError(
-                f"A name is given as NAME=ITS_NAME, for example mu_s0=contact.mu_static; found '{text}'."
-            )
-        if name in found:
+    renamed: dict[str, str] = {}
+    for name, target in console.pairs(names, "--name", "NAME=ITS_NAME, such as mu_s0=contact.mu_static"):
+        if name in renamed:
             raise StickslipError(f"'{name}' is named twice. Name it once.")
-        found[name] = target
-    return found
+        renamed[name] = target
+    return renamed
 
 
 @dataclass(frozen=True)
@@ -117,16 +112,16 @@ class _Handed:
 
 
 def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[str, str]) -> _Handed:
-    from identification.calibration.result import calibrated_fmu, is_calibration, read_calibration
-    from identification.machines.machine_fit import is_machine_fit
+    from identification.calibration.result import calibrated_fmu, read_calibration
 
-    if is_calibration(fitted):
+    kind = fitted_kind(fitted)
+    if kind == ANY_MODEL:
         from identification.transfer.values import calibration_values
 
         calibration = read_calibration(fitted)
         values = calibration_values(calibrated_fmu(calibration, machine), calibration, only=only, renamed=renamed)
         return _Handed(calibration.model, values, lambda fmi: calibrated_fmu(calibration, machine, fmi_version=fmi))
-    if is_machine_fit(fitted):
+    if kind == MACHINE:
         from fmu_models.codegen.package import built
         from fmu_models.fmu.fmu import Fmu
         from identification.fitted_model.machine import machine_with
@@ -140,7 +135,7 @@ def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[st
     from identification.fitted_model.model import fitted_model
     from identification.transfer.values import handed_values
 
-    refuse("a rig", "a machine", {"machine": machine})
+    refuse(RIG, MACHINE, {"machine": machine})
     found = read_fit(fitted)
     values = handed_values(found, only=only, renamed=renamed)
     return _Handed("rig", values, lambda fmi: fitted_model(found, fmi_version=fmi).fmu)
@@ -185,10 +180,13 @@ def _notes(source: Path | None, kind: str) -> list[str]:
 
 
 def _print(values: tuple[HandedValue, ...], output: Path, notes: list[str], out: console.Console) -> None:
-    table = console.table("parameter", ">value", ">sd", "unit", "meaning", title=str(output))
-    for value in values:
-        numbers = (like_sd(value.value, value.deviation), value.words + deviation(value.deviation))
-        table.add_row(value.target, *numbers, value.unit, value.description)
-    out.print(table)
+    rows = [
+        [
+            *(value.target, like_sd(value.value, value.deviation), value.words + deviation(value.deviation)),
+            *(value.unit, value.description),
+        ]
+        for value in values
+    ]
+    out.print(console.table(str(output), ("parameter", ">value", ">sd", "unit", "meaning"), rows))
     for note in notes:
         out.print(console.plain(note))

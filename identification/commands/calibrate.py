@@ -12,7 +12,7 @@ from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files, save_figure
 from fmu_models.commands.bundles import bundled
-from identification.commands.calibrations import ModelLogs, ModelName, pairs_of, ranges_of
+from identification.commands.calibrations import ModelLogs, ModelName
 from identification.commands.fits import sampled
 from identification.commands.logs import stated
 from identification.commands.recipes import ResultFiles
@@ -92,10 +92,10 @@ def calibrate(
     if resume and store is None:
         raise StickslipError("--resume goes on with a store: name it, --store search.zarr.")
     how: dict[str, Any] = {
-        "bounds": ranges_of(bounds, "--bound"),
+        "bounds": console.spans(bounds, "--bound"),
         "priors": _priors(priors),
         "starts": None if starts is None else console.names_of(starts),
-        "events": dict(pairs_of(events, "--events", "CONTACT=COLUMN, such as table=t_hit")),
+        "events": dict(console.pairs(events, "--events", "CONTACT=COLUMN, such as table=t_hit")),
         "each": console.names_of(each),
         "held_out": held_out or [],
         "seed": seed,
@@ -137,5 +137,5 @@ def _priors(given: Sequence[str] | None) -> dict[str, tuple[float, float]]:
 
 
 def _sensed(given: Sequence[str] | None) -> list[tuple[str, str]]:
-    pairs = pairs_of(given, "--sensor", "NAME:gain,offset,delay", ":")
+    pairs = console.pairs(given, "--sensor", "NAME:gain,offset,delay", ":")
     return [(name, key) for name, keys in pairs for key in re.split(r"\s*,\s*", keys)]

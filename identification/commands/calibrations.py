@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.errors import StickslipError
 from identification.commands.fits import say_report
 from identification.commands.recipes import ResultFiles
 
@@ -58,7 +57,7 @@ class ModelLogs:
         return {
             "parameters": console.assignments(self.settings, "parameter"),
             "noise": console.assignments(self.noise, "noise"),
-            "sensors": {name: Sensor(clip=ends) for name, ends in ranges_of(self.clips, "--clip").items()},
+            "sensors": {name: Sensor(clip=ends) for name, ends in console.spans(self.clips, "--clip").items()},
             "columns": columns_of(self.columns),
             "inputs": console.settings(self.inputs, "input", columns=True),
             "hold": console.names_of(self.hold),
@@ -66,29 +65,8 @@ class ModelLogs:
         }
 
 
-def pairs_of(given: Sequence[str] | None, option: str, form: str, between: str = "=") -> list[tuple[str, str]]:
-    parted = [text.partition(between) for text in given or ()]
-    for name, sign, value in parted:
-        if not (name.strip() and sign and value.strip()):
-            raise StickslipError(f"{option} takes {form}; found '{name}{sign}{value}'.")
-    return [(name.strip(), value.strip()) for name, _, value in parted]
-
-
-def ranges_of(given: Sequence[str] | None, option: str) -> dict[str, tuple[float, float]]:
-    ranges = {}
-    for name, text in pairs_of(given, option, "NAME=LOW:HIGH, such as y=0:10"):
-        try:
-            low, high = (float(end) for end in text.split(":"))
-        except ValueError:
-            low, high = 0.0, 0.0
-        if not low < high:
-            raise StickslipError(f"{option} takes NAME=LOW:HIGH with two ascending numbers; found '{name}={text}'.")
-        ranges[name] = low, high
-    return ranges
-
-
 def columns_of(given: Sequence[str] | None) -> dict[str, str]:
-    return dict(pairs_of(given, "--column", "NAME=COLUMN, such as y=level"))
+    return dict(console.pairs(given, "--column", "NAME=COLUMN, such as y=level"))
 
 
 def read_calibrated(

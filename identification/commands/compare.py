@@ -7,7 +7,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.commands.bundles import Without, bundled
 from identification.commands.calibrations import compare_calibration
-from identification.commands.fits import FitFile, draw_families
+from identification.commands.fits import ANY_MODEL, MACHINE, RIG, FitFile, draw_families, fitted_kind
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 from identification.commands.machines import MachinePlace, Window, compare_machine, refuse
 from identification.commands.recipes import ResultFiles
@@ -45,23 +45,22 @@ def compare(
 
     Example: stickslip compare tanks.json test.csv
     """
-    from identification.calibration.result import is_calibration
     from identification.fit.result import read_fit
-    from identification.machines.machine_fit import is_machine_fit
     from identification.model_check.families import compare_families
     from identification.model_check.table import comparison_report
 
     files.check()
-    if is_calibration(fitted):
+    kind = fitted_kind(fitted)
+    if kind == ANY_MODEL:
         given = {"set": settings, "scene": scene, "window": window, "repair": repair, "reader": reader}
-        refuse("any model", "a rig or a machine", given)
+        refuse(ANY_MODEL, "a rig or a machine", given)
         compare_calibration(fitted, logs, machine, files)
         return
-    if is_machine_fit(fitted):
-        refuse("a machine", "a rig", {"set": settings, "scene": scene})
+    if kind == MACHINE:
+        refuse(MACHINE, RIG, {"set": settings, "scene": scene})
         compare_machine(fitted, logs, machine, window, (reader, repair), files)
         return
-    refuse("a rig", "a machine", {"machine": machine, "window": window})
+    refuse(RIG, MACHINE, {"machine": machine, "window": window})
     found = read_fit(fitted)
     chosen = None
     if scene:

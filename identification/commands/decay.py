@@ -7,7 +7,7 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.commands.bundles import bundled
-from identification.commands.calibrations import columns_of, pairs_of
+from identification.commands.calibrations import columns_of
 from identification.commands.logs import ReaderOption
 from identification.commands.recipes import ResultFiles
 
@@ -42,7 +42,7 @@ def decay(
             list(logs),
             pendulum=pendulum,
             columns=columns_of(columns),
-            units=dict(pairs_of(units, "--unit", "ROLE=UNIT, such as angle=deg")),
+            units=dict(console.pairs(units, "--unit", "ROLE=UNIT, such as angle=deg")),
             reader=reader,
             progress=advance,
         )

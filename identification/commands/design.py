@@ -8,8 +8,8 @@ import typer
 
 from fmu_models.base import console
 from fmu_models.commands.bundles import bundled
-from identification.commands.experiments import OfCalibration, design_calibration, numbers
-from identification.commands.fits import FitFile
+from identification.commands.experiments import OfCalibration, design_calibration
+from identification.commands.fits import ANY_MODEL, RIG, FitFile, fitted_kind
 from identification.commands.machines import refuse
 
 if TYPE_CHECKING:
@@ -42,19 +42,19 @@ def design(
 
     Example: stickslip design pump.json --input u=-1:1 --within p0=0.5:2 --for c -o u.csv
     """
-    from identification.calibration.result import is_calibration
     from identification.fit.result import read_fit
 
-    if is_calibration(fitted):
-        refuse("any model", "a rig", {"speeds": speeds, "loads": loads, "logs": logs})
+    kind = fitted_kind(fitted)
+    if kind == ANY_MODEL:
+        refuse(ANY_MODEL, RIG, {"speeds": speeds, "loads": loads, "logs": logs})
         design_calibration(fitted, any_model, duration, overwrite, json)
         return
-    refuse("a rig", "any model", any_model.given())
+    refuse(RIG, ANY_MODEL, any_model.given())
     from identification.next_step.design import design as designed
 
     fit = read_fit(fitted)
     given = {"speeds": speeds, "loads": loads}
-    asked = {name: None if text is None else numbers(text, f"--{name}") for name, text in given.items()}
+    asked = {name: None if text is None else console.numbers(text, f"--{name}") for name, text in given.items()}
     with console.progress("simulating candidates") as advance:
         found = designed(fit, **asked, duration=duration, logs=1 if logs is None else logs, progress=advance)
     console.say(json, found.to_dict(), lambda out: _print_design(found, out))

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
 from identification.commands.machines import Gravity, gravity_of
 
@@ -40,7 +39,7 @@ def excite(
     from identification.machines.read import machine_at
 
     refuse_existing(output, overwrite=overwrite)
-    asked = dict(_limit(text) for text in limits or ())
+    asked = console.spans(limits, "--limit")
     known = console.assignments(settings, "constant")
     with console.progress("searching") as advance:
         found = designed(
@@ -69,12 +68,3 @@ def excite(
         console.print_files(files, out)
 
     console.say(json, {**found.to_dict(), "files": files}, show)
-
-
-def _limit(text: str) -> tuple[str, tuple[float, float]]:
-    name, _, span = text.partition("=")
-    low, _, high = span.partition(":")
-    try:
-        return name, (float(low), float(high))
-    except ValueError as error:
-        raise StickslipError(f"--limit takes NAME=LOW:HIGH, such as q1=-1:1; found '{text}'.") from error

@@ -12,7 +12,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing, write_whole
-from identification.commands.calibrations import pairs_of, ranges_of, read_calibrated
+from identification.commands.calibrations import read_calibrated
 from identification.commands.machines import MachinePlace
 
 if TYPE_CHECKING:
@@ -100,7 +100,8 @@ def _ranked(calibration: Calibration, fmu: Fmu, asked: OfCalibration, more: dict
     from identification.next_step.experiments import rank_experiments
 
     values = {
-        name: numbers(text, "--try") for name, text in pairs_of(asked.tried, "--try", "NAME=V1,V2, such as w=10,20")
+        name: console.numbers(text, "--try")
+        for name, text in console.pairs(asked.tried, "--try", "NAME=V1,V2, such as w=10,20")
     }
     candidates = [dict(zip(values, combination, strict=True)) for combination in product(*values.values())]
     return rank_experiments(calibration, fmu, candidates, **more)
@@ -110,15 +111,5 @@ def _designed(calibration: Calibration, fmu: Fmu, asked: OfCalibration, more: di
     from identification.next_step.signals import SignalShape, design_experiment
 
     shape = {key: value for key, value in asked.given().items() if key in ("harmonics", "period", "levels")}
-    limits = {"inputs": ranges_of(asked.inputs, "--input"), "within": ranges_of(asked.within, "--within")}
+    limits = {"inputs": console.spans(asked.inputs, "--input"), "within": console.spans(asked.within, "--within")}
     return design_experiment(calibration, fmu, **limits, shape=SignalShape(**shape), seed=asked.seed or 0, **more)
-
-
-def numbers(text: str, option: str) -> list[float]:
-    """Numbers between commas."""
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError as error:
-        raise StickslipError(
-            f"{option} takes numbers separated by commas, such as 0.2,0.41; found '{text}'."
-        ) from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json as json_files
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -46,6 +47,21 @@ Sampled = TypeVar("Sampled", "FrictionFit", "Calibration")
 
 RATIOS = ("k/J", "c/J")  # constants that a free decay gives
 NOTHING = Stated()
+ANY_MODEL, MACHINE, RIG = "any model", "a machine", "a rig"  # what there are fits of
+
+
+def fitted_kind(path: Path) -> str:
+    """What a file holds a fit of: `ANY_MODEL`, `MACHINE`, or else `RIG`, whose reader tells what is wrong in one that
+    is none."""
+    from identification.calibration.result import KIND
+
+    try:
+        content = json_files.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return RIG
+    if not isinstance(content, dict):
+        return RIG
+    return ANY_MODEL if content.get("type") == KIND else MACHINE if "machine" in content else RIG
 
 
 def sampled(found: Sampled, draw: Callable[[], Posterior]) -> Sampled:

@@ -9,7 +9,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.figures import check_files
 from fmu_models.commands.bundles import bundled
-from identification.commands.calibrations import columns_of, pairs_of
+from identification.commands.calibrations import columns_of
 from identification.commands.logs import ReaderOption
 from identification.commands.recipes import ResultFiles
 
@@ -69,7 +69,7 @@ def hysteresis(
             held_out=list(held_out or ()),
             rate=False if still else None,
             columns=columns_of(columns),
-            units=dict(pairs_of(units, "--unit", "ROLE=UNIT, such as way=mm")),
+            units=dict(console.pairs(units, "--unit", "ROLE=UNIT, such as way=mm")),
             reader=reader,
             progress=advance,
         )

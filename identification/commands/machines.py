@@ -35,13 +35,10 @@ def gravity_of(text: str | None) -> tuple[float, ...]:
     """Three numbers, m/s^2; none if nothing was said."""
     if text is None:
         return ()
-    try:
-        found = tuple(float(one) for one in text.split(","))
-    except ValueError:
-        found = ()
-    if len(found) != 3:
+    gravity = tuple(console.numbers(text, "--gravity"))
+    if len(gravity) != 3:
         raise StickslipError(f"--gravity takes three numbers in m/s2, such as 0,-9.81,0; found '{text}'.")
-    return found
+    return gravity
 
 
 def refuse(one: str, other: str, given: dict[str, Any]) -> None:

@@ -8,7 +8,7 @@ import typer
 from fmu_models.base import console
 from fmu_models.base.files import checked_page
 from identification.commands.calibrations import report_calibration
-from identification.commands.fits import FitFile, say_report
+from identification.commands.fits import ANY_MODEL, MACHINE, RIG, FitFile, fitted_kind, say_report
 from identification.commands.logs import Logs, ReaderOption, Repairs, read_logs, stated
 from identification.commands.machines import MachinePlace, refuse, report_machine
 
@@ -45,21 +45,20 @@ def report(
 
     Example: stickslip report tanks.json train.csv test.csv -o tanks.html
     """
-    from identification.calibration.result import is_calibration
     from identification.fit.result import read_fit
-    from identification.machines.machine_fit import is_machine_fit
     from identification.report.findings import findings
 
     checked_page(output, overwrite=overwrite)
-    if is_calibration(fitted):
-        refuse("any model", "a rig or a machine", {"set": settings, "repair": repair, "reader": reader})
+    kind = fitted_kind(fitted)
+    if kind == ANY_MODEL:
+        refuse(ANY_MODEL, "a rig or a machine", {"set": settings, "repair": repair, "reader": reader})
         report_calibration(fitted, logs, output, machine, interactive, overwrite, json)
         return
-    if is_machine_fit(fitted):
-        refuse("a machine", "a rig", {"set": settings, "interactive": interactive})
+    if kind == MACHINE:
+        refuse(MACHINE, RIG, {"set": settings, "interactive": interactive})
         report_machine(fitted, logs, output, machine, (reader, repair), overwrite, json)
         return
-    refuse("a rig", "a machine", {"machine": machine})
+    refuse(RIG, MACHINE, {"machine": machine})
     found = read_fit(fitted)
     with console.progress("reporting") as advance:
         read = read_logs(logs, stated(settings), repair, reader)

@@ -35,8 +35,7 @@ def slips(
     Example: stickslip slips slider data/machines/slider.csv --set stiffness=50
     """
     from identification.measurement.recipe import read_recipe
-    from identification.report.slip_figure import slip_figure
-    from identification.report.slip_tables import slip_report
+    from identification.report.slip_report import slip_figure, slip_report
     from identification.slips.block_on_belt import fit_slip_model
     from identification.slips.statistics import slip_statistics
 

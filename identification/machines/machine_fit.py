@@ -6,7 +6,6 @@ import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -112,15 +111,6 @@ class MachineFit(Pictured, Recorded):
         if self.identified is None:
             raise StickslipError("This fit was read from a file, which holds no logs. Fit the logs again for lmfit.")
         return self.identified.lmfit().to_lmfit()
-
-
-def is_machine_fit(path: str | os.PathLike[str]) -> bool:
-    """Whether a file holds the fit of a machine; a file that cannot be read is left to those who read fits."""
-    try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(content, dict) and "machine" in content
 
 
 def read_machine_fit(path: str | os.PathLike[str]) -> MachineFit:

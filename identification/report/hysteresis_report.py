@@ -11,7 +11,7 @@ from fmu_models.base.table import PrintedColumn, PrintedTable, number, table
 from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.result import HysteresisFit
 from identification.report.calibration_summary import values_table
-from identification.report.slip_figure import BLUE, RED
+from identification.report.slip_report import BLUE, RED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

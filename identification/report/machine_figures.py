@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identification.machines.predicted import Predicted, fitted_efforts, friction_curves
-from identification.report.slip_figure import BLUE, RED
+from identification.report.slip_report import BLUE, RED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -129,14 +129,14 @@ def show(draft: Draft, out: console.Console) -> None:
         if signature in printed:
             continue
         printed.add(signature)
-        table = console.table("column", "role", "unit", ">sure", "why")
+        rows = []
         for file in log.files:
             for column in file.columns:
                 sure = f"{100 * column.confidence:.0f} %" if column.role else ""
                 unit = f"{column.unit or ''}{' ?' if 'unit' in column.guessed else ''}"
                 role = f"{column.role or '-'}{' ?' if 'role' in column.guessed else ''}"
-                table.add_row(console.plain(column.name), role, unit, sure, column.reason)
-        out.print(table)
+                rows.append([column.name, role, unit, sure, column.reason])
+        out.print(console.table("", ("column", "role", "unit", ">sure", "why"), rows))
     for file in (file for log in draft.logs for file in log.files):
         for name, why in file.table.left_out.items():
             out.print(console.plain(f"{file.path.name}: '{name}' is left out: {why}."))

@@ -111,9 +111,11 @@ def emulate(
     fitted |= {"speed_sensor": speed_sensor(velocity)} if velocity is not None else {}
     fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
     fitted |= {"disturbances": Disturbances.said(disturbance)} if disturbance else {}
-    settings = standard_set(material, _numbers(speeds), duration=duration, **fitted)
+    settings = standard_set(
+        material, console.numbers(speeds, "--speeds") if speeds else None, duration=duration, **fitted
+    )
     if second is not None:
-        settings = _with_second(settings, _numbers(second) or [], second_material or material)
+        settings = _with_second(settings, console.numbers(second, "--second-disc"), second_material or material)
         material = " and ".join(disc.material.name for disc in settings[0].discs)
     elif second_material is not None:
         raise StickslipError("--second-material is that of a second disc: say its speeds, --second-disc W,W,...")
@@ -178,22 +180,14 @@ def _emulate(folder: Path, settings: list[Emulation], material: str, seed: int, 
     console.say(json, content, lambda out: _print_set(folder, settings, material, seed, out))
 
 
-def _numbers(text: str | None) -> list[float] | None:
-    if text is None:
-        return None
-    try:
-        return [float(number) for number in text.split(",")]
-    except ValueError:
-        raise StickslipError(
-            f"Speeds are numbers separated by commas, for example 0.41,0.83; found '{text}'."
-        ) from None
-
-
 def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: console.Console) -> None:
     out.print(f"[bold]{folder}[/bold]: {len(settings)} emulated logs, {material}, seed {seed}")
-    table = console.table("log", ">duration, s", ">drive speeds, rad/s")
-    for emulation in settings:
-        speeds = ", ".join(f"{disc.drive_speed:g}" for disc in emulation.discs) or "free decay"
-        table.add_row(f"{emulation.name}.csv", f"{emulation.duration:g}", speeds)
-    out.print(table)
+    rows = [
+        [
+            *(f"{emulation.name}.csv", f"{emulation.duration:g}"),
+            ", ".join(f"{disc.drive_speed:g}" for disc in emulation.discs) or "free decay",
+        ]
+        for emulation in settings
+    ]
+    out.print(console.table("", ("log", ">duration, s", ">drive speeds, rad/s"), rows))
     out.print(f"Fit them:  stickslip fit {folder}")

@@ -5,6 +5,8 @@ passed upward raises the count, the same edge passed back lowers it. The counter
 zero, so that edge n is taken to lie at pitch*(n - 1/2): right within half a pitch, the same shift for all edges.
 
 Logged at every tick: the count, and the clock time of the last edge at or before the tick.
+
+Speed is the pitch over each interval between edges, dated at its middle: exact to second order.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fmu_models.base.errors import StickslipError
 from rig_io.logs.log import EncoderCalibration, RigLog
 from rig_io.sensors.motion import Motion
 
@@ -116,3 +119,42 @@ def edges(log: RigLog, instrument: str = "encoder") -> Edges:
         time, run = 0.5 * (log.time[indices] + log.time[indices + 1]), np.zeros(len(indices), dtype=np.int64)
     direction = np.sign(change[indices])
     return Edges(time, pitch * (after + (direction < 0) - 0.5), direction, run)
+
+
+def velocity_mid_interval(log: RigLog, instrument: str = "encoder") -> tuple[np.ndarray, np.ndarray]:
+    """Times (m,) in s and speeds (m,) in rad/s at the middle of each interval between edges passed in one direction.
+
+    Raises:
+        StickslipError: no such encoder in the log.
+    """
+    measured = edges(log, instrument)
+    same = _joined(measured)
+    time, angle = measured.time, measured.angle
+    return 0.5 * (time[1:] + time[:-1])[same], (np.diff(angle)[same]) / np.diff(time)[same]
+
+
+def _joined(measured: Edges) -> np.ndarray:
+    """Which intervals (m - 1,) between successive edges hold no reversal."""
+    return (
+        (measured.direction[1:] == measured.direction[:-1])
+        & (measured.run[1:] == measured.run[:-1])
+        & (np.diff(measured.time) > 0)
+    )
+
+
+def drive_speed(log: RigLog, disc: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Times (m,) in s and speeds (m,) in rad/s of a driving disc: its column of speed, else its encoder, mid-interval.
+
+    Raises:
+        StickslipError: the log holds neither.
+    """
+    name = f"drive{disc}"
+    if log.has(f"{name}_speed"):
+        return log.time, log.column(f"{name}_speed")
+    if not log.has(f"{name}_count"):
+        raise StickslipError(
+            f"Log '{log.name}' does not say how disc {disc} turned: it needs '{name}_count' and '{name}_edge_time', or "
+            f"'{name}_speed' [rad/s], or a nominal speed: stickslip describe FILES --set 'w:FILE=VALUE ± UNCERTAINTY "
+            "rad/s'."
+        )
+    return velocity_mid_interval(log, name)

@@ -13,7 +13,7 @@ import sys
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.read import files, read_scene
 from fmu_models.scene.reduce import built_scene
-from fmu_models.validation.scene_savings.measure import size, time_runs, whole_model
+from fmu_models.validation.scene_savings import size, time_runs, whole_model
 
 
 def main(pairs: int = 51) -> None:

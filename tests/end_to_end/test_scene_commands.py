@@ -11,7 +11,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from fmu_models.scene.read import files
+from fmu_models.base.shipped import scenes
 from identification import cli
 
 ROOT = Path(__file__).parents[2]
@@ -37,7 +37,7 @@ def stickslip(monkeypatch, capsys, tmp_path):
 def test_scenes_are_listed(stickslip):
     code, out, _ = stickslip("scene", "--json")
     assert code == 0
-    assert {row["name"] for row in json.loads(out)["scenes"]} == {path.stem for path in files()}
+    assert {row["name"] for row in json.loads(out)["scenes"]} == {path.stem for path in scenes()}
     assert "disc_rig_figure_8" in stickslip("scene")[1]
 
 

@@ -18,8 +18,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
-from fmu_models.sections.crossing import Crossing
-from fmu_models.sections.impacts import Impacts
+from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.oscillator import FmuSection
 from fmu_models.sections.periodic import PeriodicMotion, find_cycles, motion_at
 from fmu_models.sections.strobe import Strobe

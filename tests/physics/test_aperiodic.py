@@ -9,7 +9,7 @@ import pytest
 import sympy
 
 from fmu_models import Automaton, Fmu, Iteration, Parameter, State, Strobe, Switch, basins, orbit_diagram
-from fmu_models.analyses.aperiodic import CHAOS, NOT_DECIDED, TORUS, judged, sign_of
+from fmu_models.analyses.aperiodic import CHAOS, NOT_DECIDED, STRANGE, TORUS, judged, sign_of
 from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.clouds import Cloud
@@ -19,6 +19,7 @@ from fmu_models.language.maps import Map
 from fmu_models.lowering.lower import lower
 from fmu_models.maps.henon import MAP as HENON
 from fmu_models.maps.logistic import MAP as LOGISTIC
+from fmu_models.maps.tent import MAP as TENT
 from fmu_models.sections.iteration import iterate
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -45,6 +46,17 @@ def gopy() -> Map:
     )  # fmt: skip
 
 
+def driven_logistic() -> Map:
+    """Heagy, Hammel 1994: x -> r (1 + e cos 2 pi t) x (1 - x): a smooth curve over t where r is small."""
+    r, w = Parameter("r", 2.5, "1", "growth"), Parameter("w", GOLDEN, "1", "turns in a step")
+    x, t = State("x", "1", "x", start=0.5), State("t", "1", "phase", start=0.1)
+    return Map(
+        name="driven_logistic", title="driven", source="Heagy 1994", states=[x, t],
+        rule={x: r * (1 + sympy.cos(2 * sympy.pi * t) / 10) * x * (1 - x), t: t + w},
+        box={x: (0.0, 1.0), t: (0.0, 1.0)}, modulus={t: sympy.Integer(1)},
+    )  # fmt: skip
+
+
 def kinds(found: Basins) -> list[str]:
     return [one.word if isinstance(one, Cloud) else str(one.period) for one in found.attractors]
 
@@ -57,11 +69,22 @@ def kinds(found: Basins) -> list[str]:
         (Iteration.of(LOGISTIC, {"r": 4.0}), CHAOS, math.log(2.0)),
         (Iteration.of(delayed_logistic()), TORUS, 0.0),
         (Iteration.of(delayed_logistic(), {"a": 2.27}), CHAOS, None),
-        (Iteration.of(gopy()), NOT_DECIDED, 0.0),
+        (Iteration.of(gopy()), STRANGE, None),
+        (Iteration.of(driven_logistic()), TORUS, None),
+        (Iteration.of(driven_logistic(), {"r": 3.6}), CHAOS, None),
         # where flips accumulate
         (Iteration.of(LOGISTIC, {"r": 3.569945672}), NOT_DECIDED, 0.0),
     ],
-    ids=["henon", "logistic", "delayed torus", "delayed chaos", "strange without chaos", "feigenbaum"],
+    ids=[
+        "henon",
+        "logistic",
+        "delayed torus",
+        "delayed chaos",
+        "strange without chaos",
+        "driven torus",
+        "driven chaos",
+        "feigenbaum",
+    ],
 )
 def test_kinds_of_maps(system, kind, exponent):
     point = iterate(system, system.start({"x": 0.3}), 3000)[-1]
@@ -85,6 +108,26 @@ def test_basins_say_what_has_no_period():
     assert (found.labels == 0).all()
     legend = found.plot().get_legend()
     assert legend is not None and {text.get_text() for text in legend.get_texts()} == {"torus (100 %)"}
+
+
+@pytest.mark.parametrize("slope", [2.0001, 2.0002])
+def test_chaos_that_does_not_last_has_a_lifetime(slope):
+    """Of all points of the unit interval a share of 2/s stays in it each step, evenly spread: 1/ln(s/2) steps."""
+    starts = np.linspace(0.11, 0.87, 24)
+    found = basins(Iteration.of(TENT, {"s": slope}), x=starts)
+    (transient,) = found.transients
+    assert abs(transient.lifetime - 1 / math.log(slope / 2)) < 3.0 * transient.error < 0.7 * transient.lifetime
+    assert not found.attractors and (found.labels != -1).sum() >= 20
+    assert f"{transient.lifetime:.3g} +- {transient.error:.1g} steps" in str(found)
+    assert not basins(Iteration.of(TENT, {"s": 1.9999}), x=starts).transients
+
+
+def test_intermittent_chaos_and_chaos_beside_a_cycle_last():
+    """Below 1 + sqrt(8) laminar for long, and again and again; Henon's at 1.07 of four pieces beside six points."""
+    laminar = basins(Iteration.of(LOGISTIC, {"r": 3.8282}), x=np.linspace(0.1, 0.9, 9))
+    beside = basins(Iteration.of(HENON, {"a": 1.07}), x=np.linspace(-0.5, 0.5, 9), y=[0.0, 0.1])
+    assert (kinds(laminar), kinds(beside)) == ([CHAOS], ["6", CHAOS])
+    assert not laminar.transients and not beside.transients
 
 
 def chua() -> Automaton:

@@ -26,8 +26,7 @@ from fmu_models.analyses.spectrum import spectrum
 from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.load import load
-from fmu_models.sections.crossing import Crossing
-from fmu_models.sections.impacts import Impacts
+from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.periodic import PeriodicMotion, find_cycles, motion_at
 from fmu_models.sections.return_map import ReturnMap

@@ -76,9 +76,11 @@ class MapProblem(Problem):
         return np.append(x[0], z[n:])
 
     def beside(self, z: Vector, other: Vector) -> Vector:
-        n, turns = len(self.states), self.map.turns
-        laps = np.where(np.isfinite(turns), np.rint((other - z)[:n] / turns), 0.0)
-        return np.append(z[:n] + np.where(laps, laps * turns, 0.0), z[n:])
+        moved = z.copy()
+        angles = np.flatnonzero(np.isfinite(self.map.turns))
+        turns = self.map.turns[angles]
+        moved[angles] += turns * np.rint((other - z)[angles] / turns)
+        return moved
 
     def told(self) -> dict[str, Any]:
         return {"period": self.period}

@@ -124,7 +124,8 @@ Outcome section_step(Run *r, Walk *w)
     r->goal = w->e->kind == SECTION_STROBE ? end : -INFINITY;
     while (1) {
         const RunStatus status = run_advance(r, end, by_event, section_step_note, w);
-        if (status == RUN_ERROR) return OUTCOME_BROKEN;
+        /* what goes to infinity in finite time has no series at its end, and is beyond the bound there */
+        if (status == RUN_ERROR) return walk_check(r, w) == OUTCOME_ESCAPED ? OUTCOME_ESCAPED : OUTCOME_BROKEN;
         w->crossed = status == RUN_CROSSING;
         if (w->crossed || w->met) break;
         if (status == RUN_EVENT) continue;

@@ -12,8 +12,7 @@ from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.reduce import declared
 from fmu_models.scene.scene import Scene
-from fmu_models.sections.crossing import Crossing
-from fmu_models.sections.impacts import Impacts
+from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.trajectory import Trajectory

@@ -4,7 +4,7 @@ Times are those of the call that a user of a method makes, medians over rounds. 
 right after a run of the first method, so that what disturbs the machine disturbs both: their ratio is the median of the
 ratios of the pairs. What a method does once (opening, compiling) is outside the times. Memory is the peak of what
 Python's allocator, numpy's arrays included, hands out in one further run; compiled code that allocates for itself is
-not seen.
+not seen. Events are paired with those of the reference: which are missing, and how far off the others are.
 """
 
 import math
@@ -13,14 +13,23 @@ import statistics
 import threading
 import time
 import tracemalloc
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from fmu_models.validation.bench.events import EventErrors, event_errors
 from fmu_models.validation.bench.reference import TRUST, Parted, ReferenceSolution, reference
 from fmu_models.validation.methods.catalogue import OURS
-from fmu_models.validation.methods.result import Method, MethodProblem, MethodRun, NotInstalled, NotTreated
+from fmu_models.validation.methods.result import (
+    OPEN,
+    RELEASED,
+    Method,
+    MethodProblem,
+    MethodRun,
+    NotInstalled,
+    NotTreated,
+    SwitchEvent,
+)
 
 ROUNDS = 15
 LONGEST = 4.0  # s of one run, after which it is given up, with the method's tighter tolerances
@@ -30,6 +39,21 @@ FIRST_UNTIL, TIMED_UNTIL, TRACED_UNTIL = 32.0, 44.0, 52.0
 TRACED = 0.5  # s: longer runs are not made again for their memory
 EVENTS = 300  # of a longer run only the part with so many is compared
 CUTS = 3  # to a quarter, of a run that no two codes end alike
+# of the distance to the nearest other event of the contact: a find further away is another event
+REACH = 0.5
+
+
+@dataclass(frozen=True)
+class EventErrors:
+    """expected: events of the reference; missed: those without a counterpart; extra: finds without one.
+
+    time: s, largest distance of a pair, None without pairs.
+    """
+
+    expected: int
+    missed: int
+    extra: int
+    time: float | None
 
 
 @dataclass(frozen=True)
@@ -268,3 +292,31 @@ def _limit(seconds: float) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+def event_errors(computed: Sequence[SwitchEvent], reference: Sequence[SwitchEvent], stop: float) -> EventErrors:
+    """Pair the events of every contact that end in the same state, each with the nearest still free."""
+    kinds: dict[tuple[str, int], tuple[list[float], list[float]]] = defaultdict(lambda: ([], []))
+    for column, switches in enumerate((computed, reference)):
+        for switch in switches:
+            if switch.matters:
+                # that a body has left its stop says the same whether it is still inside or not
+                after = OPEN if switch.after == RELEASED else switch.after
+                kinds[switch.contact, after][column].append(switch.time)
+    missed, paired = 0, 0
+    largest: float | None = None
+    for finds, times in kinds.values():
+        free = sorted(finds)
+        for i, t in enumerate(times):
+            around = [abs(t - times[j]) for j in (i - 1, i + 1) if 0 <= j < len(times)]
+            reach = REACH * min([d for d in around if d > 0.0], default=stop)
+            nearest = min(free, key=lambda candidate, t=t: abs(candidate - t), default=None)
+            if nearest is None or abs(nearest - t) > reach:
+                missed += 1
+                continue
+            free.remove(nearest)
+            paired += 1
+            largest = max(largest or 0.0, abs(nearest - t))
+    expected = sum(len(times) for _, times in kinds.values())
+    finds = sum(len(finds) for finds, _ in kinds.values())
+    return EventErrors(expected, missed, finds - paired, largest)

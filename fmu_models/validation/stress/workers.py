@@ -1,14 +1,18 @@
-"""Cells judged in child processes, so that nothing that happens in one of them stops the grid.
+"""Which cases of stress are run, and their cells judged in child processes, so that nothing that happens in one of them
+stops the grid.
 
-A child that dies, or does not answer in time, is a failed cell of that case, and another child takes its place.
+Cases come by name of the model, by pattern, as a quick choice, or drawn at random. A child that dies, or does not
+answer in time, is a failed cell of that case, and another child takes its place.
 """
 
+import fnmatch
 import operator
 import os
 from collections.abc import Callable, Iterator, Sequence
 
 from fmu_models import oscillators
 from fmu_models.base.child_process import IsolatedFailure, Limits
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.processes import ProcessPool
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
@@ -76,3 +80,41 @@ class _Judge:
             return cross_check(case, self.second) if case.of == RANDOM else judge(case, self.second.subject)
         except Exception as error:  # a fault of the judge is a failed cell, not the end of the grid
             return StressCell(case, "failed", None, "program", f"{type(error).__name__}: {error}")
+
+
+def listed_cases(models: list[str], pattern: str | None, until: float | None, quick: bool) -> list[Case]:
+    """The cases asked for; of a quick look without models those of one model per kind of contact.
+
+    Raises:
+        StickslipError: an unknown model, or no case left.
+    """
+    if not models:
+        models = _one_per_kind() if quick else oscillators.names()
+    cases = [case for name in dict.fromkeys(models) for case in cases_of(name, until)]
+    if pattern is None:
+        return [case for case in cases if case.quick or not quick]
+    chosen = [case for case in cases if fnmatch.fnmatchcase(case.name, pattern) and (case.quick or not quick)]
+    if not chosen:
+        names = [case.name for case in cases if case.quick or not quick]
+        raise StickslipError(f"No case matches '{pattern}'.{nearest(pattern, names)}")
+    return chosen
+
+
+def drawn_cases(models: list[str], count: int, seed: int, until: float | None) -> list[Case]:
+    """So many cases, as equal numbers of each model as there can be.
+
+    Raises:
+        StickslipError: an unknown model.
+    """
+    names = list(dict.fromkeys(models)) or oscillators.names()
+    share, remainder = divmod(count, len(names))
+    return [case for i, name in enumerate(names) for case in drawn(name, share + (i < remainder), seed, until)]
+
+
+def _one_per_kind() -> list[str]:
+    """The first model by name of every kind of contact."""
+    first_cases: dict[str, str] = {}
+    for name in oscillators.names():
+        for contact in oscillators.load(name).contacts:
+            first_cases.setdefault(type(contact).__name__, name)
+    return sorted(set(first_cases.values()))

@@ -56,11 +56,10 @@ def test_json_keeps_its_value(value):
 @settings(max_examples=40)
 @given(foreign, st.booleans())
 def test_nothing_passes_the_console(text, is_terminal):
-    """As a line, a table of either kind and a title; of what rich adds there are colours alone."""
+    """As a line, a table of texts or of cells and a title; of what rich adds there are colours alone."""
     file = io.StringIO()
     out = PrintableConsole(file=file, force_terminal=is_terminal, width=60, highlight=False, color_system="standard")
-    rows = console.table("name", ">value", title=text)
-    rows.add_row(text, text)
+    rows = table(text, ("name", ">value"), [[text, text]])
     for shown in (console.plain(text, "bold red"), rows, table(text, [text], [[Cell(text)]])):
         out.print(shown)
     out.print(text, markup=False)

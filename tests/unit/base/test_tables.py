@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from fmu_models.base import console
 from fmu_models.base.table import Cell, PrintedColumn, interval, known_to, measured, number, sd, table, verdict
 
 WIDTHS = (60, 80, 200)
@@ -76,12 +75,10 @@ def test_what_cannot_be_spared_goes_on_below_with_the_names_of_the_rows():
 
 
 def test_a_listing_shows_its_title_its_heads_and_its_rows():
-    listing = console.table("model", ">mass (kg)", title="Two of a kind")
-    listing.add_row("slider", "1.5")
-    text = printed(listing, 60)
+    text = printed(table("Two of a kind", ("model", ">mass (kg)"), [["slider", "1.5"]]), 60)
     assert text.index("Two of a kind") < text.index("mass (kg)") < text.index("slider") < text.index("1.5")
-    with pytest.raises(ValueError, match="shorter"):
-        listing.add_row("belt")
+    with pytest.raises(ValueError, match="argument 2"):
+        table("Two of a kind", ("model", ">mass (kg)"), [["belt"]])
 
 
 def test_rows_become_columns():

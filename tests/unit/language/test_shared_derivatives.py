@@ -8,8 +8,7 @@ import pytest
 import sympy
 
 from fmu_models.language.derivatives import Derivatives
-from fmu_models.language.evaluation import evaluated
-from fmu_models.language.inertia import blocks
+from fmu_models.language.inertia import blocks, evaluated
 
 x, y, z = sympy.symbols("x y z", real=True)
 EXPRESSIONS = [

@@ -36,7 +36,9 @@ def made(tmp_path_factory) -> Path:
     """The gallery of two scenes, a model and a calibration."""
     folder = tmp_path_factory.mktemp("gallery")
     scenes = [find("planar_hopf_cycle"), find("planar_hopf_figure_2")]
-    make(scenes, ["planar_hopf"], folder / "pages", folder / "site" / "live", [PAIR])
+    make(
+        scenes, ["planar_hopf"], folder / "pages", folder / "site" / "live", [PAIR], literature=[find("lotka_volterra")]
+    )
     return folder
 
 
@@ -45,6 +47,7 @@ def test_pages_are_there_with_their_pictures_and_lead_to_one_another(made):
     found = {str(page.relative_to(pages)): page.read_text("utf-8") for page in pages.rglob("*.md")}
     assert set(found) == {
         "index.md",
+        "literature.md",
         "calibrations/calibrated_pair.md",
         "oscillators/planar_hopf.md",
         "scenes/planar_hopf_cycle.md",
@@ -65,6 +68,14 @@ def test_known_values_stand_beside_those_found(made):
         "[Limit cycle after a discontinuous Hopf bifurcation](../scenes/planar_hopf_cycle.md) | `period`" in oscillator
     )
     assert "| `mu` | 1 | 1 | bifurcation parameter |" in oscillator
+
+
+def test_a_system_of_the_literature_stands_in_one_table(made):
+    text = (made / "pages/literature.md").read_text("utf-8")
+    head = r"\| lotka volterra \| A turn from twice as much prey as it needs \| Volterra, Nature 118 \(1926\) "
+    value = r"\| `period` \| 6\.608482671235 \| 6\.608482671235 \| \de-\d\d \| 1e-09 \| computed, mpmath: [^|]+\|\n"
+    assert re.search(head + value + r"\|  \|  \|  \| `x_min` \| ", text)
+    assert "1 published systems" in text and "their 4 known values" in text
 
 
 def test_what_is_calibrated_stands_beside_the_truth(made):

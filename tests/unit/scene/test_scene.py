@@ -21,8 +21,7 @@ from fmu_models.scene.kinds.kind import period
 from fmu_models.scene.reduce import built_scene, export_scene, reduced, unfolded
 from fmu_models.scene.scene import Compute, Scene
 from fmu_models.simulation.run import simulate
-from fmu_models.validation.scene_savings.left_out import left_out
-from fmu_models.validation.scene_savings.measure import size, time_runs, whole_model
+from fmu_models.validation.scene_savings import left_out, size, time_runs, whole_model
 
 
 def test_units_are_converted(tmp_path: Path) -> None:

@@ -21,8 +21,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.families import jobs as families
 from fmu_models.families.jobs import Jobs
 from fmu_models.fmu.load import load
-from fmu_models.sections.crossing import Crossing
-from fmu_models.sections.impacts import Impacts
+from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.iteration import Iteration, iterate
 from fmu_models.sections.periodic import find_cycles, motion_at
 from fmu_models.sections.strobe import Strobe

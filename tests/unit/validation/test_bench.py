@@ -13,11 +13,10 @@ from rich.console import Console
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.validation.bench import run as bench_run
-from fmu_models.validation.bench.events import event_errors
 from fmu_models.validation.bench.output import as_json, print_table, write_page
 from fmu_models.validation.bench.problems import problem
 from fmu_models.validation.bench.reference import ReferenceSolution, Witness, reference
-from fmu_models.validation.bench.run import compare
+from fmu_models.validation.bench.run import compare, event_errors
 from fmu_models.validation.methods.catalogue import OURS, chosen
 from fmu_models.validation.methods.result import MethodRun, NotTreated, SwitchEvent
 from fmu_models.validation.methods.scipy_events import ScipyEvents

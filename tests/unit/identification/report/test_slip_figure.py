@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from identification.measurement.recipe import read_recipe
-from identification.report.slip_figure import slip_figure
+from identification.report.slip_report import slip_figure
 from identification.slips.block_on_belt import Prediction, SlipModel
 from identification.slips.events import SlipEvents
 from identification.slips.statistics import SlipStatistics, slip_statistics

@@ -1,4 +1,4 @@
-"""Figure of slip events in time and their distributions.
+"""Slip statistics for a terminal (rich), and the figure of slip events in time and their distributions.
 
 matplotlib is imported only here, inside the functions.
 """
@@ -9,12 +9,58 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.base.console import plain
+from fmu_models.base.digits import deviation
+from fmu_models.base.table import table
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from rich.console import Group, RenderableType
 
     from identification.slips.block_on_belt import SlipModel
     from identification.slips.events import SlipEvents
     from identification.slips.statistics import SlipStatistics
+
+
+def slip_report(statistics: SlipStatistics, model: SlipModel | None, missing: str = "") -> Group:
+    """Statistics of slip events, and the model beside them, or why there is none."""
+    from rich.console import Group
+
+    statistic_rows = (
+        ("peak friction, median", statistics.peak, "1"),
+        ("after slip, median", statistics.after, "1"),
+        ("drop, median", statistics.drop, "1"),
+        ("period, mean", statistics.period, "s"),
+        ("slip time, median", statistics.slip_time, "s"),
+    )
+    shown = table(
+        f"{statistics.events} slip events ({statistics.definition}) of {statistics.log}",
+        ("", ">value", ">95 %", ">sd of one", "unit"),
+        [
+            [name, f"{one.value:.4g}", f"{one.low:.4g} .. {one.high:.4g}", deviation(one.spread), unit]
+            for name, one, unit in statistic_rows
+        ],
+    )
+    parts: list[RenderableType] = [plain(statistics.title, "bold"), plain(f"{statistics.source}\n"), shown]
+    parts.append(
+        plain(
+            f"Period varies by {100 * statistics.period_variation:.2g} %. Noise {statistics.noise:.2g}, least drop "
+            f"counted {statistics.threshold:.3g}."
+        )
+    )
+    if model:
+        rows = []
+        for prediction in model.predictions:
+            mark = "fitted" if prediction.fitted else "in the 95 % interval" if prediction.inside else "outside"
+            row = (f"{prediction.measured:.4g}", f"{prediction.modelled:.4g}", f"{prediction.ratio:.3f}", mark)
+            rows.append([f"{prediction.name}{'' if prediction.unit == '1' else f', {prediction.unit}'}", *row])
+        title, columns = "Block on a belt with the slider's constants", ("", ">measured", ">model", ">ratio", "")
+        values = f"mu_s = {model.mu_s:.4g}, mu_k = {model.mu_k:.4g}, p = {model.p:.3g} s/m assumed"
+        parts += [table(title, columns, rows), plain(f"{values}. {model.verdict}")]
+    parts += [plain(f"No model beside it. {missing}")] if missing else []
+    parts += [plain(f"- {verdict}") for verdict in statistics.verdicts]
+    return Group(*parts)
+
 
 BLUE, RED, GREY = "#0072b2", "#d55e00", "#777777"
 

@@ -1,4 +1,5 @@
-"""What a scene saves, measured here and now against the FMU of its whole model.
+"""What a scene leaves out of its model and why, and what that saves, measured here and now against the FMU of its whole
+model.
 
 Building and starting are timed in processes of their own, as a user meets them: from the start of the interpreter to
 the first result. Runs are timed in pairs, one of each in turn.
@@ -19,11 +20,72 @@ from fmu_models.base.processes import isolated
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.codegen.package import built, variant
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.language.contacts import Contact
+from fmu_models.language.quantities import Input, InternalState, Parameter
+from fmu_models.lowering.lower import lower
 from fmu_models.scene.compute import arguments
-from fmu_models.scene.reduce import built_scene
+from fmu_models.scene.reduce import built_scene, reduced
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.run import simulate
-from fmu_models.validation.scene_savings.left_out import left_out
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A part of the model that the scene's FMU does not have: what kind of part, its name, and why it is not there."""
+
+    kind: str
+    name: str
+    why: str
+
+
+def left_out(scene: Scene) -> tuple[LeftOut, ...]:
+    """What a scene leaves out, by kind."""
+    declared = whole_model = variant(scene.model, beside=scene.folder)
+    law_contacts = [name for name in scene.laws if scene.contacts is None or name in scene.contacts]
+    if law_contacts:
+        whole_model = variant(declared, laws={name: scene.laws[name] for name in law_contacts}, beside=scene.folder)
+    mechanism = variant(declared, scene.contacts, scene.laws, beside=scene.folder)
+    system, small = lower(whole_model), reduced(scene)
+    contacts = {contact.name for contact in small.contacts}
+    gone = [
+        contact for contact in whole_model.contacts if scene.contacts is not None and contact.name not in scene.contacts
+    ]
+    belongs = {s.name: contact.name for contact in gone for s in _symbols(contact) - mechanism.symbols}
+    omissions = [
+        LeftOut("contact", c.name, "not among the contacts in use") for c in system.contacts if c.name not in contacts
+    ]
+    states = {state.name for state in small.states}
+    omissions += [
+        LeftOut("state", z.name, f"belongs to contact {belongs[z.name]}")
+        for z in system.internal_states
+        if z.name not in states
+    ]
+    present = {q.name for q in (*small.parameters, *small.inputs)}
+    for quantity in (*system.parameters, *system.inputs):
+        if quantity.name in present:
+            continue
+        kind = "parameter" if isinstance(quantity, Parameter) else "input"
+        if quantity.name in scene.fixed:
+            unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+            why = f"constant of the code, {scene.fixed[quantity.name]:g}{unit}"
+        else:
+            why = f"belongs to contact {belongs.get(quantity.name, 'left out')}"
+        omissions.append(LeftOut(kind, quantity.name, why))
+    possible = {output.name for output in lower(mechanism).outputs}
+    for output in system.outputs:
+        symbols: Any = output.expression.free_symbols
+        if output.name not in scene.outputs:
+            of = sorted({belongs[s.name] for s in symbols if s.name in belongs})
+            why = "not asked for" if output.name in possible else f"shows contact {', '.join(of)}"
+            omissions.append(LeftOut("output", output.name, why))
+    return tuple(omissions)
+
+
+def _symbols(contact: Contact) -> set[Any]:
+    """What belongs to a contact: its parameters, inputs, internal states and what outputs show of it."""
+    quantities = {s for s in contact.symbols if isinstance(s, Parameter | Input | InternalState)}
+    return quantities | set(contact.shown) | {getattr(contact, "reaction", None)} - {None}
+
 
 PAIRS = 21
 LONGEST = 5.0  # s, after which no further pair of runs is begun

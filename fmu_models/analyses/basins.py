@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fmu_models.analyses.attractors import UNDECIDED
+from fmu_models.analyses.clouds import ChaoticTransient
 from fmu_models.analyses.declaration import STATES, Analysis, Option
 from fmu_models.analyses.labels import COARSE, Attractor, Labeller, watched
 from fmu_models.analyses.uncertainty import uncertainty_exponent
@@ -41,13 +42,14 @@ class Basins(Pictured):
         failures: why a start could not be run, by its place in the grid.
         how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
+        transients: chaos that starts leave again, with its lifetime; they have the label of what they come to then.
         mirrored: pairs of attractors that are mirror images of one another, where nothing forces the motion.
     """
 
     COLUMNS: ClassVar = ("{axes}=axes", "attractor=labels", "steps")
     RECORD: ClassVar = (
         *("model", "axes", "labels", "attractors", "shares", "undecided", "boundary", "entropy"),
-        *("integrity", "uncertainty", "failures=refused", "mirrored", "how"),
+        *("integrity", "uncertainty", "failures=refused", "mirrored", "transients", "how"),
     )
 
     model: str
@@ -60,6 +62,7 @@ class Basins(Pictured):
     how: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
     mirrored: tuple[tuple[int, int], ...] = ()
+    transients: tuple[ChaoticTransient, ...] = ()
 
     @property
     def undecided(self) -> int:
@@ -136,8 +139,11 @@ class Basins(Pictured):
 
     def _contents(self) -> Mapping[str, Any]:
         shares = {"shares": self.shares, "undecided": self.undecided, "boundary": self.boundary}
+        transients = [transient.word for transient in self.transients]
         exponent, error = self.uncertainty
-        told = {"uncertainty exponent": f"{exponent:.3f} +- {error:.3f}"} if np.isfinite(exponent) else {}
+        told: dict[str, Any] = {"transients": transients} if transients else {}
+        if np.isfinite(exponent):
+            told["uncertainty exponent"] = f"{exponent:.3f} +- {error:.3f}"
         return {"attractors": self.words, **shares, "integrity": self.integrity, **told, "how": self.how or None}
 
 
@@ -216,7 +222,10 @@ def _mapped(
     failures = {tuple(map(int, np.unravel_index(i, shape))): text for i, text in told_labels.messages.items()}
     mirrored = mirror_images(system, ordered) if isinstance(system, Strobe) and system.autonomous else ()
     decided = labels.reshape(shape), ordered, told_labels.steps.reshape(shape), failures
-    return Basins(system.name, tuple(system.states), values, *decided, system.how, runner.provenance, mirrored)
+    transients = tuple(labeller.transients)
+    return Basins(
+        system.name, tuple(system.states), values, *decided, system.how, runner.provenance, mirrored, transients
+    )
 
 
 def _numbers(result: Basins) -> dict[str, float]:
@@ -224,13 +233,16 @@ def _numbers(result: Basins) -> dict[str, float]:
     for i, attractor in enumerate(result.attractors):
         values |= {f"period{i + 1}": float(attractor.period), f"time{i + 1}": attractor.time}
         values |= {f"starts{i + 1}": float((result.labels == i).sum())}
+    for i, transient in enumerate(result.transients, 1):
+        values |= {f"lifetime{i}": transient.lifetime, f"lifetime{i}_error": transient.error}
     return {**values, "failed": float(len(result.failures)), "boundary": result.boundary}
 
 
 ANALYSIS = Analysis(
     function=basins,
     numbers=_numbers,
-    results="`attractors`, `undecided`, `failed`, `boundary`, and per attractor `period1`, `time1`, `starts1`",
+    results="`attractors`, `undecided`, `failed`, `boundary`, and per attractor `period1`, `time1`, `starts1`; "
+    "of chaos that does not last `lifetime1`, `lifetime1_error` in steps",
     example="discontinuous_support --forcing omega --set omega=1.1 --over x=-8:8:101 --over v=-8:8:101",
     label="mapping",
     axes=STATES,

@@ -5,7 +5,8 @@
            itself without being known is solved and becomes an attractor too
     rest   where two halves of a long run that never repeats itself fill the same cells, they are those of an attractor,
            by its exponents chaos, a torus, or not decided (``aperiodic``); a start belongs to the one whose cells hold
-           its last points, and clouds that overlap are one. What is left is undecided
+           its last points, and clouds that overlap are one. Where chaos does not last its runs go on. What is left is
+           undecided
 
 What nothing forces is looked at by steps of its own time, and its cycles each at a section of their own (``unforced``).
 
@@ -19,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.analyses.attractors import UNDECIDED, claimed, index_of, targets_of
-from fmu_models.analyses.clouds import Cloud, assign_clouds
+from fmu_models.analyses.clouds import ChaoticTransient, Cloud, Clouds
 from fmu_models.analyses.unforced import LONGEST, MOST, SETTLED, Equilibrium, LimitCycle, absorb, settle_flows
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.families import jobs as families
@@ -62,17 +63,28 @@ class Labeller:
         system: whose; at the values of its parameters.
         most: steps after which a motion that has not repeated itself is taken to stay as it is.
         longest: period that is looked for.
+        verdicts, lasting: whether sets without a period are judged by their exponents, and whether chaos must last.
 
     Attributes:
         attractors: found by now, in that order.
         count: starts labelled.
     """
 
-    def __init__(self, runner: Runner, system: SectionSystem, most: int = MOST, longest: int = LONGEST) -> None:
+    def __init__(
+        self, runner: Runner, system: SectionSystem, most: int = MOST, longest: int = LONGEST,
+        *, verdicts: bool = True, lasting: bool = True,
+    ) -> None:  # fmt: skip
         self.runner, self.system, self.most, self.longest = runner, system, most, longest
         self.attractors: list[Attractor] = []
+        search = {"longest": longest, "settled": SETTLED}
+        self._clouds = Clouds(runner, system, self.attractors, most, search, verdicts=verdicts, lasting=lasting)
         self.count = 0
         self._targets: tuple[list[PeriodicMotion], Targets | None] = [], None
+
+    @property
+    def transients(self) -> list[ChaoticTransient]:
+        """Chaos that did not last, found by now."""
+        return self._clouds.transients
 
     def explore(self, starts: Vector) -> None:
         """Find attractors from starts (m, n), before others are labelled."""
@@ -105,8 +117,13 @@ class Labeller:
 
         def settle_some(first: int, chunk: RunRows) -> None:
             indices = undecided[first : first + len(chunk.filled)]
-            labels[indices] = self._decide(chunk)
-            labels[indices] = assign_clouds(self.runner, self.system, chunk, labels[indices], self.attractors)
+            decided = self._decide(chunk)
+            left = self._clouds.assign(chunk, decided)
+            if left.size:
+                onward = self.runner.make(self._clouds.onward(chunk.ends[left]), quiet=True)
+                decided[left] = self._decide(onward)
+                steps[indices[left]] += onward.steps
+            labels[indices] = decided
 
         if undecided.size:
             jobs = Jobs(np.concatenate(ends), rows=2 * self.longest, longest=self.longest, settled=SETTLED)

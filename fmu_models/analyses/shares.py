@@ -275,9 +275,10 @@ class _Sweep:
         self.known = {attractor["name"]: _Known(**attractor) for attractor in content["known"]}
         self.names = content["names"]
 
-    def _labeller(self, value: float, patient: int = 1) -> Labeller:
-        values = {self.over: value}
-        return Labeller(self.runner.holding(**values), self.system.at(**values), patient * self.most, self.longest)
+    def _labeller(self, value: float, patient: int = 1, *, verdicts: bool = True) -> Labeller:
+        values, how = {self.over: value}, {"verdicts": verdicts, "lasting": False}
+        runner, system = self.runner.holding(**values), self.system.at(**values)
+        return Labeller(runner, system, patient * self.most, self.longest, **how)
 
     def _at(self, i: int, points: Vector) -> None:
         """One value, with starts (m, n) at random."""
@@ -367,7 +368,8 @@ class _Sweep:
 
     def _lives(self, name: int, known: Sequence[_Known], value: float) -> list[_Known]:
         """The attractors at a value that is between, if one of that name is still among them; else none."""
-        labeller = self._labeller(value, PATIENT if isinstance(self.system, Iteration) else 1)
+        patient = PATIENT if isinstance(self.system, Iteration) else 1
+        labeller = self._labeller(value, patient, verdicts=False)
         # of the others a few points say whether they come to the same
         few = [a if a.name == name else replace(a, seeds=a.seeds[:FEW]) for a in known]
         names, _ = self._matched(labeller, few, known[0].seen)

@@ -35,16 +35,11 @@ def sources(system: HybridSystem) -> dict[str, str]:
     Raises:
         StickslipError: an expression of the model cannot be turned into Taylor recurrences.
     """
-    return dict(_sources(system)[0])
-
-
-def instantiation_token(system: HybridSystem) -> str:
-    """Identifies model and variables: FMI 2 guid, FMI 3 instantiationToken; the MODEL_TOKEN of ``model_sizes.h``."""
-    return _sources(system)[1]
+    return dict(_sources(system))
 
 
 @lru_cache(maxsize=8)
-def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
+def _sources(system: HybridSystem) -> dict[str, str]:
     names = _Names(system)
     functions, variations, discs = _functions(system, names)
     guards = [
@@ -72,10 +67,10 @@ def _sources(system: HybridSystem) -> tuple[dict[str, str], str]:
     sizes = sizes_of(system, len(names.constants.derived), names.slots, reach=bool(discs))
     quantities = (*system.parameters, *system.all_inputs, *system.states, *system.outputs)
     variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in quantities)
+    # identifies model and variables: guid of FMI 2, instantiationToken of FMI 3
     token = f"{{{uuid.uuid5(_NAMESPACE, model + kind + sizes + variables)}}}"
-    sizes = sizes.replace("@TOKEN@", token)
     texts = {"model.c": model, "model_kind.c": kind, "model_variation.c": variation, "model_discs.c": disc}
-    return texts | {"model_sizes.h": sizes}, token
+    return texts | {"model_sizes.h": sizes.replace("@TOKEN@", token)}
 
 
 class _Names:

@@ -267,13 +267,10 @@ def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: flo
     places = []
     for segment, log in zip(segments, logs, strict=True):
         inside, time = slice(segment.first, segment.last), segment.motion.time
-        lasts = time[-1] - time[0]
-        share = (time[inside] - time[0]) / lasts - 0.5
-        same, load = np.ones(len(share)), load_factor(segment.motion, force)[inside]
-        drive, speed = turned[id(segment.motion)][inside], np.gradient(segment.angle, segment.motion.step)
-        places.append(
-            Whereabouts(drive, segment.angle, share, log * same, load, lasts * same, speed, segment.sign * same)
-        )
+        speed = np.gradient(segment.angle, segment.motion.step)
+        seen = Whereabouts.seen(time, log, time[inside], segment.angle, speed)
+        drive, load = turned[id(segment.motion)][inside], load_factor(segment.motion, force)[inside]
+        places.append(replace(seen, turned=drive, load=load, side=segment.sign * seen.side))
     return places
 
 

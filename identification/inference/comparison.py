@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -34,9 +34,6 @@ from identification.inference.defaults import COVARIANCE
 from identification.inference.problem import FitProblem, Solution, determines, information, prior_precision, solve
 from identification.inference.uncertainty import inflation, plain_covariance
 from identification.inference.whiteness import whiteness
-
-if TYPE_CHECKING:
-    import pandas
 
 POSITIVE, VERY_STRONG = 2.0, 10.0  # leads in BIC
 BEHIND = 500.0  # in BIC: a law that far behind predicts nothing better
@@ -78,7 +75,13 @@ class LawComparison(Pictured):
     """Laws, best first. residuals: number of residuals; effective: of them, as independent ones; warnings: what speaks
     against even the first law; verdict: what decides, and how sure it is; estimator: whose residuals they are; causes:
     disturbances that were estimated beside every law; aside: laws that were not compared, and why; elastic: whether
-    sticks give way, which none of these laws does."""
+    sticks give way, which none of these laws does. frame: a row for each law, with criteria, error of held-out logs,
+    and by how many standard errors it is worse."""
+
+    COLUMNS = (
+        *("[law]=scores.law", "bic=scores.bic", "aicc=scores.aicc", "aic=scores.aic"),
+        *("weight=scores.weight", "held_out=scores.held_out", "worse=scores.worse"),
+    )
 
     scores: tuple[LawScore, ...]
     residuals: int
@@ -89,15 +92,6 @@ class LawComparison(Pictured):
     causes: tuple[str, ...] = ()
     aside: Mapping[str, str] = field(default_factory=dict)
     elastic: bool = False
-
-    @property
-    def frame(self) -> pandas.DataFrame:
-        """A row for each law, best first: criteria, error of held-out logs, by how many standard errors it is worse."""
-        import pandas
-
-        names = ("bic", "aicc", "aic", "weight", "held_out", "worse")
-        rows = [{name: getattr(score, name) for name in names} for score in self.scores]
-        return pandas.DataFrame(rows, index=pandas.Index([score.law for score in self.scores], name="law"))
 
     def _heading(self) -> str:
         return f"LawComparison: {self.verdict}"

@@ -68,13 +68,6 @@ def table_of(path: Path, variables: Iterable[Array]) -> Table:
     return Table(f"'{path}'", columns, {}, None, scalars, left_out)
 
 
-def write(path: Path, columns: Mapping[str, np.ndarray]) -> None:
-    """Write columns, each (n_rows,), as column vectors of float64 (version 7)."""
-    from scipy.io import savemat
-
-    savemat(path, {name: np.asarray(v, dtype=np.float64) for name, v in columns.items()}, True, oned_as="column")
-
-
 def _variables(path: Path) -> list[Array]:
     check_file(path, "a MATLAB file with vectors of numbers")
     with open(path, "rb") as file:

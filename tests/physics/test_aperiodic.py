@@ -19,6 +19,7 @@ from fmu_models.language.maps import Map
 from fmu_models.lowering.lower import lower
 from fmu_models.maps.henon import MAP as HENON
 from fmu_models.maps.logistic import MAP as LOGISTIC
+from fmu_models.maps.tent import MAP as TENT
 from fmu_models.sections.iteration import iterate
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -107,6 +108,26 @@ def test_basins_say_what_has_no_period():
     assert (found.labels == 0).all()
     legend = found.plot().get_legend()
     assert legend is not None and {text.get_text() for text in legend.get_texts()} == {"torus (100 %)"}
+
+
+@pytest.mark.parametrize("slope", [2.0001, 2.0002])
+def test_chaos_that_does_not_last_has_a_lifetime(slope):
+    """Of all points of the unit interval a share of 2/s stays in it each step, evenly spread: 1/ln(s/2) steps."""
+    starts = np.linspace(0.11, 0.87, 24)
+    found = basins(Iteration.of(TENT, {"s": slope}), x=starts)
+    (transient,) = found.transients
+    assert abs(transient.lifetime - 1 / math.log(slope / 2)) < 3.0 * transient.error < 0.7 * transient.lifetime
+    assert not found.attractors and (found.labels != -1).sum() >= 20
+    assert f"{transient.lifetime:.3g} +- {transient.error:.1g} steps" in str(found)
+    assert not basins(Iteration.of(TENT, {"s": 1.9999}), x=starts).transients
+
+
+def test_intermittent_chaos_and_chaos_beside_a_cycle_last():
+    """Below 1 + sqrt(8) laminar for long, and again and again; Henon's at 1.07 of four pieces beside six points."""
+    laminar = basins(Iteration.of(LOGISTIC, {"r": 3.8282}), x=np.linspace(0.1, 0.9, 9))
+    beside = basins(Iteration.of(HENON, {"a": 1.07}), x=np.linspace(-0.5, 0.5, 9), y=[0.0, 0.1])
+    assert (kinds(laminar), kinds(beside)) == ([CHAOS], ["6", CHAOS])
+    assert not laminar.transients and not beside.transients
 
 
 def chua() -> Automaton:

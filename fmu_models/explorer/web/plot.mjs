@@ -63,23 +63,20 @@ export class Picture {
     return [this.x[0] + u * (this.x[1] - this.x[0]), this.y[0] + v * (this.y[1] - this.y[0])];
   }
 
-  // points [x, y, x, y, ...] in units of the axes; a nan lifts the pen
-  line(points, colour, width = 1.2) {
+  // points [x, y, x, y, ...] in units of the axes, in pixels
+  places(points) {
     const places = new Float32Array(points.length);
-    for (let i = 0; i < points.length; i += 2) {
-      places[i] = this.px(points[i]);
-      places[i + 1] = this.py(points[i + 1]);
-    }
-    this.list.push({ what: "line", places, colour, width });
+    for (let i = 0; i < points.length; i++) places[i] = i % 2 ? this.py(points[i]) : this.px(points[i]);
+    return places;
+  }
+
+  // a nan lifts the pen
+  line(points, colour, width = 1.2) {
+    this.list.push({ what: "line", places: this.places(points), colour, width });
   }
 
   dots(points, colour, size = 2) {
-    const places = new Float32Array(points.length);
-    for (let i = 0; i < points.length; i += 2) {
-      places[i] = this.px(points[i]);
-      places[i + 1] = this.py(points[i + 1]);
-    }
-    this.list.push({ what: "dots", places, colour, size });
+    this.list.push({ what: "dots", places: this.places(points), colour, size });
   }
 
   // stretches [from, to, ...] of x, over the whole height or so many pixels above the bottom

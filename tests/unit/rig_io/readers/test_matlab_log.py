@@ -249,7 +249,7 @@ def test_any_table_survives_the_file(tmp_path_factory, data) -> None:
         savemat(folder / f"{number}.mat", columns, do_compression=data.draw(st.booleans()))
         with np.errstate(invalid="ignore"):  # NaN of any bits are drawn
             drawn.append({name: values.astype(np.float64) for name, values in columns.items()})
-        matlab_log.write(folder / f"{number}_again.mat", drawn[-1])
+        savemat(folder / f"{number}_again.mat", drawn[-1], oned_as="column")
     for suffix in (".mat", "_again.mat"):
         tables = read_in_one_process([folder / f"{number}{suffix}" for number in range(20)])
         for columns, table in zip(drawn, tables, strict=True):

@@ -72,6 +72,14 @@ def brusselator() -> Fmu:
 
 
 @cache
+def langford() -> Fmu:
+    lam = Parameter("lam", 2.01, "1", "lambda")
+    x, y, z = states(x=0.1, y=0.1, z=1.0)
+    growth = lam - 3 + z + sympy.Rational(1, 5) * (1 - z**2)
+    return flow("langford", {x: growth * x - y / 4, y: x / 4 + growth * y, z: lam * z - (x**2 + y**2 + z**2)})
+
+
+@cache
 def thermostat() -> Fmu:
     """T' = 2 q - T; the heater q goes off at T = 1.1, on at .9."""
     temperature, q = states(T=1.0, q=1.0)
@@ -209,6 +217,24 @@ def test_a_relay_has_the_period_of_its_switching_condition():
     half = brentq(at_switching, 1.0, 3.0, xtol=1e-13)
     found = basins(relay(), execution=ALONE, x=[-1.0, 0.4], y=[0.3, -0.6])
     assert cycle_of(found).time == pytest.approx(2 * half, rel=1e-10)
+
+
+@pytest.mark.nightly_for("2.005")
+@pytest.mark.parametrize("strength", [1.95, 2.005, 2.01])
+def test_a_torus_is_a_cycle_of_what_turns(strength):
+    """Langford 1979: (r, z) by themselves, and a turn in 8 pi: at rest a cycle, on a cycle of their own a torus."""
+    found = grid(langford(), {"lam": strength}, x=[0.1, 0.5], y=[0.1])
+
+    def rates(t, x):
+        growth = strength - 3 + x[1] + 0.2 * (1 - x[1] ** 2)
+        return [growth * x[0], strength * x[1] - x[0] ** 2 - x[1] ** 2]
+
+    run = solve_ivp(rates, (0, 4000), [0.1, 1.0], rtol=1e-10, atol=1e-12, t_eval=np.linspace(3500, 4000, 2001))
+    if np.ptp(run.y[0]) < 1e-6:
+        assert cycle_of(found).time == pytest.approx(8 * math.pi, rel=1e-10)
+    else:
+        assert np.ptp(run.y[0]) > 0.1 and found.words == ["torus"]
+    assert (found.labels == 0).all() and (strength < 2.0) == (np.ptp(run.y[0]) < 1e-6)
 
 
 def test_a_woodpecker_falls_in_a_cycle():

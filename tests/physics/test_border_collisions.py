@@ -13,6 +13,7 @@ import pytest
 import sympy
 
 from fmu_models import Iteration, Map, Parameter, State, branch
+from fmu_models.families.execution import Execution
 from fmu_models.maps.piecewise_linear import MAP as WITH_JUMP
 
 pytestmark = pytest.mark.digits
@@ -95,6 +96,17 @@ def test_a_cycle_of_two_that_is_born_there_is_switched_to():
     assert two.every == 2 and two.stable.all() and two.values.max() == 0.55
     right = np.maximum(*two.images[:, :, 0]) - 0.3
     assert right == pytest.approx((two.values - 0.3) * (1 + 0.5) / (1 + 0.5 * 1.5), abs=1e-13)
+
+
+def test_a_collision_is_kept_and_has_a_curve(tmp_path):
+    system, store = Iteration.of(bent, {"mu": 0.1}), tmp_path / "bent.zarr"
+    branch(system, "mu", (0.05, 0.55), start={"x": -0.1}, execution=Execution(store=store))
+    kept = branch(system, "mu", (0.05, 0.55), start={"x": -0.1}, execution=Execution(store=store, resume=True))
+    (collision,) = kept.special
+    assert collision.criticality == "persistence" and collision.cycles["above"]["RL"] == "stable"
+    curve = collision.curve("a", (0.2, 0.8))
+    assert curve.points[:, 0] == pytest.approx(np.full(len(curve.points), 0.3), abs=1e-12)
+    assert [kind for kind, _ in curve.ends] == ["range", "range"]
 
 
 @pytest.mark.parametrize("begin", [-0.1, 0.1])

@@ -126,7 +126,8 @@ class Special(SpecialPoint):
         Raises:
             StickslipError: a kind that has no curve, no such parameter, a range that does not hold its present value.
         """
-        miss = self.touch.miss if self.touch else None
+        met = self.touch or self.collision
+        miss = met.miss if met else None
         return curve_of(self.kind, self.node, miss, second, between, self.between, points)
 
     def at(self, turns: float) -> Vector:

@@ -7,6 +7,7 @@
     documentation/index.html                   equations, contacts, variables, versions, for people
     model.png, or terminalsAndIcons/           pictures, and from FMI 3.0 on what is connected to what in editors
     documentation/licenses/license.txt         under what it may be handed on
+    extra/stickslip/signals.json               how often its periodic signals repeat, if it has any
 
 The file depends on its input alone: no paths, and no date but SOURCE_DATE_EPOCH; the same mechanism gives the same
 bytes.
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
 
 FMI_VERSIONS = ("2.0", "3.0")
 EXPOSED = ("states", "clocks")
+SIGNALS = "extra/stickslip/signals.json"  # how often the signals repeat that a model drives itself
 LANE_TABLES = "model_lanes.h"  # among the sources of a model that lanes follow
 
 
@@ -345,6 +347,7 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> Mapping[st
     from fmu_models.codegen.lane_tables import lane_tables
     from fmu_models.codegen.model_description import model_description, render
     from fmu_models.codegen.model_structure import ModelStructure
+    from fmu_models.codegen.signal_periods import signal_periods
 
     generated = sources(system)
     token = re.search(r'#define MODEL_TOKEN "([^"]+)"', generated["model_sizes.h"])
@@ -362,6 +365,7 @@ def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> Mapping[st
     header = f"fmi{fmi_version[0]}Functions.h"
     files["sources/CMakeLists.txt"] = render("CMakeLists.txt.j2", name=system.name, header=header, folders=folders)
     files["modelDescription.xml"] = model_description(structure, token.group(1), fmi_version, tool, rights)
+    files |= {SIGNALS: signal_periods(system)} if system.signals else {}
     files |= rights.files
     files |= documents(structure, fmi_version, token.group(1), tool, rights)
     return files

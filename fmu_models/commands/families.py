@@ -178,6 +178,8 @@ class SectionOptions:
         if kind == SECTION or (kind == EITHER and named):
             return self.system(), {}
         fmu, values = self.oscillator()
+        if kind == EITHER and fmu.signals:
+            return self.system(), {}
         return fmu, {"parameters": values}
 
     def motion(self) -> PickedMotion | None:

@@ -92,7 +92,7 @@ def _doubt(problem: Problem) -> str:
         return f"check its period, about {problem.strobe.period:g} s (period=, --period)"
     often = "check how many periods of the forcing it takes (every=, --every)"
     unforced = ", or that something forces it: else say so (autonomous=True, --autonomous)"
-    return often + (unforced if problem.strobe.forcing is None else "")
+    return often + (unforced if problem.strobe.period is not None else "")
 
 
 def _settled(system: SectionSystem, point: Vector) -> Vector:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import weakref
 from collections.abc import Mapping
@@ -13,14 +14,29 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
+from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Shown
 from fmu_models.base.temporary import claim_folder, release_folder
+from fmu_models.codegen.package import SIGNALS
 from fmu_models.fmu import archive
 from fmu_models.fmu import description as descriptions
 from fmu_models.language import contact_kinds
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ScalarVariable
+
+
+@dataclass(frozen=True)
+class SignalPeriod:
+    """How often a signal repeats that a model drives itself.
+
+    Attributes:
+        period: s, of parameters.
+        rates: d(log period) by parameter.
+    """
+
+    period: Formula
+    rates: Mapping[str, Formula]
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,6 +200,20 @@ class Fmu(Shown):
     def memories(self) -> list[str]:
         """Names of the speeds at which stops were entered, for the stops that remember them."""
         return [f"{name}_memory" for name in self.contacts if f"{name}_memory" in self.variables]
+
+    @cached_property
+    def signals(self) -> dict[str, SignalPeriod]:
+        """The periodic signals that an FMU of this suite drives itself, by name.
+
+        Raises:
+            StickslipError: a period is no formula of known functions.
+        """
+        file = self.folder / SIGNALS
+        told = json.loads(file.read_text("utf-8")) if self.ours and file.is_file() else {}
+        return {
+            name: SignalPeriod(Formula.read(one["period"]), {p: Formula.read(rate) for p, rate in one["rates"].items()})
+            for name, one in told.items()
+        }
 
     @cached_property
     def outputs(self) -> list[str]:

@@ -293,6 +293,7 @@ class _Check:
             states=self._state_units(),
             contacts=tuple(contact.name for contact in self.system.contacts),
             forced=TIME in self.kept.symbols,
+            signals=bool(self.system.signals),
             of_map=isinstance(self.full, Map),
             stranger=self._stranger,
         )

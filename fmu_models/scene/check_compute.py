@@ -39,6 +39,7 @@ class Names:
         parameters, states: units of all.
         contacts: names.
         forced: whether time forces the model.
+        signals: whether it drives periodic signals, which say their period.
         of_map: whether it is a map, every step of which is a section.
         stranger: the error for a name that is none: kind of it, name, known ones, place.
     """
@@ -48,6 +49,7 @@ class Names:
     states: Mapping[str, str]
     contacts: tuple[str, ...]
     forced: bool
+    signals: bool
     of_map: bool
     stranger: Callable[..., StickslipError]
 
@@ -175,7 +177,7 @@ def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[
         once = "step" if names.of_map else "period"
         raise doc.fault(f"a {name} is of a motion seen once per {once}; leave 'level' and 'impacts' out.", "compute")
     timed = (period is None) != (forcing is None)
-    free = elsewhere or names.of_map or (kind.unforced and not names.forced)
+    free = elsewhere or names.of_map or names.signals or (kind.unforced and not names.forced)
     if kind.periodic and not timed and not (free and period is None):
         others = ", or a section: 'level' or 'impacts'" if kind.anywhere else ""
         raise doc.fault(

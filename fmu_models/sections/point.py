@@ -16,7 +16,7 @@ import numpy as np
 
 from fmu_models.base.arrays import Flags, Varied, Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
-from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.fmu import Fmu, SignalPeriod
 from fmu_models.importer.flow import constants_of
 from fmu_models.sections.system import SectionSystem, named_point
 from fmu_models.simulation.ensemble import Where
@@ -48,6 +48,8 @@ class Begin:
 class FmuPoints(SectionSystem):
     """What is known of the points of an FMU before anything moves, and what a backend asks about their section.
 
+    Without a forcing or a period, that of the signals that the model drives itself is taken, at the present parameters.
+
     Args:
         fmu, forcing, period, parameters: of ``FmuSection``.
 
@@ -55,9 +57,10 @@ class FmuPoints(SectionSystem):
         tolerance: relative local error of a step.
         strobes: whether the section is one of time.
         wait: s, what counts as a period where nothing forces the motion.
+        signal: what says the period, if it is a signal of the model.
 
     Raises:
-        StickslipError: unknown names, values out of their range, a forcing without period.
+        StickslipError: unknown names, values out of their range, a forcing without period, signals of several periods.
     """
 
     tolerance: float
@@ -69,6 +72,7 @@ class FmuPoints(SectionSystem):
     ) -> None:
         self.fmu, self.forcing, self.period = fmu, forcing, period
         self.values = _checked(fmu, self.parameters, parameters, forcing, period)
+        self.signal = _common(fmu) if forcing is None and period is None else None
 
     @property
     def name(self) -> str:
@@ -101,7 +105,7 @@ class FmuPoints(SectionSystem):
     @property
     def forced(self) -> bool:
         """Whether something forces the motion."""
-        return self.forcing is not None or self.period is not None
+        return self.forcing is not None or self.period is not None or self.signal is not None
 
     @cached_property
     def drifting(self) -> list[int]:  # type: ignore[override]
@@ -172,11 +176,23 @@ class FmuPoints(SectionSystem):
 
     def periods(self, varied: Varied, m: int) -> Vector:
         """(m,) periods of the forcing, s; 0 where nothing forces the motion."""
+        if self.signal is not None:
+            names = self.signal.period.names
+            values = {name: varied.get(name, self.values.get(name, self.fmu.start_of(name))) for name in names}
+            return np.broadcast_to(np.asarray(self.signal.period(values)), m)
         if self.forcing is None:
             return np.full(m, self.period or 0.0)
         variable = self.fmu.variables[self.forcing]
         frequency = varied.get(self.forcing, np.full(m, self.values.get(self.forcing, self.fmu.start_of(self.forcing))))
         return (2.0 * math.pi if variable.unit == "rad/s" else 1.0) / frequency
+
+    def period_rates(self, at: Mapping[str, float]) -> Vector:
+        """(k,) d(log period) by these parameters, at these values of them."""
+        if self.signal is None:
+            return np.array([-1.0 / value if name == self.forcing else 0.0 for name, value in at.items()])
+        rates, names = self.signal.rates, self.signal.period.names
+        values = {name: at.get(name, self.values.get(name, self.fmu.start_of(name))) for name in names}
+        return np.array([rates[name](values) if name in rates else 0.0 for name in at], dtype=float)
 
     def as_run(self, point: Vector) -> dict[str, dict[str, float]]:
         """Arguments of ``simulate`` for the motion from a point (n,); its phase is left out."""
@@ -207,6 +223,18 @@ class FmuPoints(SectionSystem):
         """The sentence that the section is not met, and how long it was waited for."""
         waited = f"{PATIENCE:g} periods, {PATIENCE * period:.6g} s" if self.forced else f"{PATIENCE * self.wait:g} s"
         return f"the section is not met within {waited}"
+
+
+def _common(fmu: Fmu) -> SignalPeriod | None:
+    """How often all signals of a model repeat; None without any."""
+    periods = {signal.period.text: signal for signal in fmu.signals.values()}
+    if len(periods) > 1:
+        told = ", ".join(f"{name} {signal.period.text}" for name, signal in fmu.signals.items())
+        raise StickslipError(
+            f"The signals of '{fmu.description.modelName}' have periods of their own ({told}). Give one, in s, in "
+            "which all of them repeat (--period, period=)."
+        )
+    return next(iter(periods.values()), None)
 
 
 def _checked(

@@ -52,8 +52,8 @@ class Strobe(FmuSection):
                 f"A strobe of '{self.name}' needs a period, and takes at least one a step. Name the parameter that is "
                 "the frequency of its forcing (--forcing, forcing=), or give the period in s (--period, period=)."
             )
-        if autonomous and self.forcing is not None:
-            raise StickslipError(f"'{self.forcing}' forces the motion: it is not autonomous. Give period= in s.")
+        if autonomous and (forcing := self.forcing or next(iter(fmu.signals), None)) is not None:
+            raise StickslipError(f"'{forcing}' forces the motion: it is not autonomous. Leave autonomous out.")
 
     def folded(self, times: int) -> Strobe:
         """So many steps of this one as one."""

@@ -40,15 +40,20 @@ class FieldRates:
 class HasRates(Protocol):
     """What has rates at a point, at a time."""
 
+    fmu: Fmu
+
     def at(self, states: Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0) -> FieldRates: ...
 
 
 def is_forced(field: HasRates, point: Vector) -> bool:
-    """Whether rates or events at a point (n,) depend on time, looked at when no harmonic is the same by chance.
+    """Whether a periodic signal drives the model, or rates or events at a point (n,) depend on time, looked at when no
+    harmonic is the same by chance.
 
     Raises:
         StickslipError: the engine refuses the point.
     """
+    if field.fmu.signals:
+        return True
     first, *others = (field.at(point, time=time) for time in (0.0, 0.7310585786, 2.391046))
     return any((seen.rates != first.rates).any() or (seen.indicators != first.indicators).any() for seen in others)
 

@@ -19,11 +19,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mechanisms import mechanism, opened
 from quick_export import quick_export
-from scipy.linalg import expm
 from scipy.optimize import root_scalar
 from signalled import buck, follower, pushed
 
 from fmu_models import (
+    Automaton,
     Coordinate,
     Coulomb,
     Crossing,
@@ -31,10 +31,11 @@ from fmu_models import (
     Parameter,
     PeriodicSignal,
     SensitiveRun,
+    State,
     Strobe,
     basins,
     branch,
-    branches,
+    equilibria,
     lyapunov,
     orbit_diagram,
     simulate,
@@ -245,56 +246,68 @@ def test_a_square_wave_pushes_a_block():
 # --- the converter
 
 
-def flip_of_buck() -> float:
-    """E at which the motion of period T has the multiplier -1, by exponentials of both modes."""
-    R, L, C, T, a, wanted, low, slope = 22.0, 20e-3, 47e-6, PERIOD, 8.4, 11.3, 3.8, 4.4 / PERIOD
-    A = np.array([[-1 / (R * C), 1 / C], [-1 / L, 0.0]])
-
-    def cycle(E: float, d: float) -> np.ndarray:
-        """At the tick, off for d and on for the rest of T."""
-        rest = expm(A * (T - d))
-        return np.linalg.solve(np.eye(2) - expm(A * T), (np.eye(2) - rest) @ [E, E / R])
-
-    def determinant(E: float) -> Any:
-        def above(d: float) -> Any:
-            return a * ((expm(A * d) @ cycle(E, d))[0] - wanted) - low - slope * d
-
-        d = root_scalar(above, bracket=(1e-6, T - 1e-6), xtol=1e-18).root
-        x = expm(A * d) @ cycle(E, d)
-        jump = np.array([0.0, E / L])
-        saltation = np.eye(2) + np.outer(jump, [-a, 0.0]) / (slope - a * (A @ x)[0])
-        return np.linalg.det(expm(A * (T - d)) @ saltation @ expm(A * d) + np.eye(2))
-
-    return root_scalar(determinant, bracket=(24.0, 25.0), xtol=1e-12).root
-
-
-def test_a_converter_doubles_its_period_where_published(converter):
-    followed = branches(Strobe(converter, period=PERIOD), "E", (24.0, 32.5), settle=True, longest=4)
-    flips = [special.value for line in followed.branches for special in line.special if special.kind == "flip"]
-    assert flips[0] == pytest.approx(flip_of_buck(), rel=1e-10)
-    assert flips[:2] == [pytest.approx(24.516, abs=1e-3), pytest.approx(31.12, abs=5e-3)]
-    sweep = orbit_diagram(Strobe(converter, period=PERIOD), "E", [24.0, 26.0, 31.5, 32.0, 32.2], transient=3000)
+def test_a_converter_doubles_its_period_at_the_tick_that_its_ramp_says(converter):
+    sweep = orbit_diagram(Strobe(converter), "E", [24.0, 26.0, 31.5, 32.0, 32.2], transient=3000)
     assert sweep.periods.tolist() == [[1, 2, 4, 4, 8]]
 
 
 def test_a_converter_is_chaotic_where_published(converter):
     """The sum of the exponents is the divergence, for saltation at a comparator without a memory keeps areas."""
-    exponents = lyapunov(Strobe(converter, period=PERIOD, parameters={"E": 32.5}), periods=20000, transient=2000)
+    exponents = lyapunov(Strobe(converter, parameters={"E": 32.5}), periods=20000, transient=2000)
     assert exponents.values[0] > 0.3
     assert exponents.values.sum() == pytest.approx(-PERIOD / (22.0 * 47e-6), rel=1e-12)
 
 
 def test_basins_at_a_tick(converter):
-    grid = basins(Strobe(converter, period=PERIOD, parameters={"E": 26.0}), v=np.linspace(11, 13, 4), i=[0.4, 0.6])
+    grid = basins(Strobe(converter, parameters={"E": 26.0}), v=np.linspace(11, 13, 4), i=[0.4, 0.6])
     assert [len(attractor.points) for attractor in grid.attractors] == [2] and (grid.labels == 0).all()
 
 
 def test_a_branch_over_the_frequency_of_the_ramp(converter):
     """The multipliers along it are the determinant: exp(-T/RC) is their product at every frequency."""
-    line = branch(Strobe(converter, forcing="f", parameters={"E": 20.0}), "f", (2000.0, 3500.0), settle=True)
+    line, same = (
+        branch(Strobe(converter, forcing=forcing, parameters={"E": 20.0}), "f", (2000.0, 3500.0), settle=True)
+        for forcing in (None, "f")
+    )
+    assert line.values == pytest.approx(same.values, rel=1e-9) and line.multipliers == pytest.approx(
+        same.multipliers, rel=1e-8
+    )
     product = np.prod(line.multipliers, axis=1)
     assert product == pytest.approx(np.exp(-1 / (line.values * 22.0 * 47e-6)), rel=1e-9)
     assert {end["kind"] for end in line.named_ends} <= {"range", "flip"} and len(line.values) > 5
+
+
+def test_a_strobe_follows_the_period_of_all_signals(following, converter):
+    strobe = Strobe(following)
+    assert strobe.periods({}, 1) == 1.0 and strobe.at(T=3.0).periods({}, 1) == 3.0
+    assert Strobe(converter).periods({"f": np.array([1000.0, 3000.0])}, 2) == pytest.approx([1e-3, 1 / 3000], rel=1e-15)
+    assert Crossing(converter, "v", level=11.9).states[-1] == "phase"
+    with pytest.raises(StickslipError, match="'ramp' forces the motion"):
+        Strobe(converter, autonomous=True)
+
+
+def clocked(*periods: float) -> Any:
+    """x' = c1 + c2 + ... - x of clocks that are high most of the time."""
+    x, second = State("x", "1", "state"), Parameter("tau", 1.0, "s", "time", positive=True)
+    clocks = [PeriodicSignal.square(f"c{n}", "1", "c", period=T * second, duty=0.9) for n, T in enumerate(periods)]
+    flows = {x: (sum(clocks) - x) / second}
+    return opened(Automaton(name="clocked", title="Clocked", source="test", states=[x], flows=flows))
+
+
+def test_a_clock_forces_the_motion_though_it_is_high_whenever_looked_at():
+    """x = 1 - (1 - x) exp(-t) while it is high, for 4.5 s of 5 s, then x exp(-t)."""
+    fmu = clocked(5.0)
+    (motion,) = basins(fmu, x=[0.0, 2.0]).attractors
+    assert motion.points[0, 0] == pytest.approx((np.exp(-0.5) - np.exp(-5)) / (1 - np.exp(-5)), rel=1e-12)
+    with pytest.raises(StickslipError, match="is forced"):
+        equilibria(fmu, "tau", (1.0, 2.0))
+
+
+def test_clocks_of_two_periods_need_one_for_both():
+    fmu = clocked(1, 1.5)
+    with pytest.raises(StickslipError, match=r"periods of their own \(c0 tau, c1 1.5\*tau\)"):
+        Strobe(fmu)
+    assert Strobe(fmu, period=3.0).step(np.array([[0.5]])).why == {}
 
 
 def test_a_wrong_period_is_refused(converter):

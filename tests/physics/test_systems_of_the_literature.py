@@ -1,4 +1,4 @@
-"""Forty systems of the literature: each runs as its scene says, and what their scenes know is computed here anew.
+"""The systems of the literature: each runs as its scene says, and what their scenes know is computed here anew.
 
 Values that a scene calls "computed" are those of the functions below: other programs of the same equations, in mpmath
 with 30 digits, in closed form, or by SciPy's DOP853 from event to event.
@@ -26,7 +26,7 @@ from fmu_models.scene.compute import compare, compute
 from fmu_models.scene.read import read_scene
 from fmu_models.scene.reduce import built_scene
 
-DAILY = ("circle_map", "henon_attractor")
+DAILY = ("circle_map", "henon_attractor", "buck_converter")
 SCENES = shipped.files(shipped.LITERATURE)
 
 
@@ -324,6 +324,74 @@ def relay() -> dict[str, Any]:
     return {"period": 2 * half, "x_max": abs(at_switching(half)[0])}
 
 
+# of the buck converter: v' and i' by v and i, the period, the rise of the ramp, how the switch sees v and i
+CIRCUIT, SEEN = np.array([[-1 / (22 * 47e-6), 1 / 47e-6], [-50.0, 0.0]]), np.array([-8.4, 0.0])
+TICK, RISE = 400e-6, 4.4 / 400e-6
+
+
+def converter_jump(before: np.ndarray, source: float) -> np.ndarray:
+    """What a comparison makes of a deviation: the source comes, or goes (< 0), where the rates before are these."""
+    return np.eye(2) + np.outer([0.0, 50.0 * source], SEEN) / (RISE + SEEN @ before)
+
+
+def buck_converter() -> dict[str, Any]:
+    """Cycles of 1 and 2 periods, off for a part of each and then on: where -1 is a multiplier."""
+
+    def missed(unknown):
+        E, parts = unknown[0], unknown[1:]
+        rest, x, turn, late = np.array([E, E / 22]), np.zeros(2), np.eye(2), []
+        ways = [(expm(CIRCUIT * TICK * part), expm(CIRCUIT * TICK * (1 - part))) for part in parts]
+        for off, on in ways:
+            x, turn = rest + on @ (off @ x - rest), on @ off @ turn
+        x, slopes = np.linalg.solve(np.eye(2) - turn, x), np.eye(2)
+        for part, (off, on) in zip(parts, ways, strict=True):
+            x = off @ x
+            late.append(3.8 + 4.4 * part - 8.4 * (x[0] - 11.3))
+            slopes = on @ converter_jump(CIRCUIT @ x, E) @ off @ slopes
+            x = rest + on @ (x - rest)
+        return [np.linalg.det(slopes + np.eye(2)), *late]
+
+    guesses = ([24.5, 0.5], [31.1, 0.35, 0.87])
+    return {f"flip_{n}": root(missed, guess, tol=1e-14).x[0] for n, guess in enumerate(guesses, 1)}
+
+
+def buck_chaos() -> dict[str, Any]:
+    """Exact flows between comparisons, which are looked for on a grid of times; the sum is the divergence."""
+    E, periods, damping = 34.0, 16000, -np.trace(CIRCUIT) / 2
+    w = np.sqrt(np.linalg.det(CIRCUIT) - damping**2)
+    swing, grid = (CIRCUIT + damping * np.eye(2)) / w, np.linspace(0.0, 1.0, 81)
+    x, deviation, growth = np.array([12.0, 0.55]), np.array([1.0, 0.3]), 0.0
+
+    def flow(t):
+        return np.exp(-damping * t) * (np.cos(w * t) * np.eye(2) + np.sin(w * t) * swing)
+
+    def ahead(s: Any, t: float, y: float, across: float, rest: float) -> Any:
+        v = rest + np.exp(-damping * s) * (np.cos(w * s) * y + np.sin(w * s) * across)
+        return 3.8 + RISE * (t + s) - 8.4 * (v - 11.3)
+
+    for k in range(-500, periods):
+        t, on = 0.0, 3.8 - 8.4 * (x[0] - 11.3) > 0
+        while t < TICK:
+            rest = np.array([E, E / 22]) * on
+            y = x - rest
+            here = (t, y[0], (swing @ y)[0], rest[0])
+            times = grid * (TICK - t)
+            other = np.flatnonzero((ahead(times[1:], *here) > 0) != on)
+            step = TICK - t
+            if other.size:
+                bracket = (times[other[0]] or 1e-6 * times[1], times[other[0] + 1])
+                step = root_scalar(ahead, args=here, bracket=bracket, xtol=1e-18).root
+            x, deviation = rest + flow(step) @ y, flow(step) @ deviation
+            if not other.size:
+                break
+            deviation = converter_jump(CIRCUIT @ (x - rest), -E if on else E) @ deviation
+            t, on = t + step, not on
+        size = np.hypot(deviation[0], 20 * deviation[1])
+        deviation, growth = deviation / size, growth + (np.log(size) if k >= 0 else 0.0)
+    largest = growth / (periods * TICK)
+    return {"exponent1": largest, "exponent2": np.trace(CIRCUIT) - largest}
+
+
 COMPUTED: dict[str, Callable[..., dict[str, Any]]] = {
     function.__name__: function
     for function in (
@@ -338,6 +406,8 @@ COMPUTED: dict[str, Callable[..., dict[str, Any]]] = {
             impact_oscillator,
             relay,
             den_hartog,
+            buck_converter,
+            buck_chaos,
         ),
     )
 }
@@ -365,7 +435,7 @@ def test_computed_values_are_those_of_another_program(name):
 def test_all_that_is_called_computed_is_computed_here():
     computed = [path.stem for path in SCENES if "computed" in path.read_text("utf-8")]
     assert sorted(COMPUTED) == computed
-    assert len(SCENES) == 40 and not {path.stem for path in SCENES} & {*MODELS.names(), *MAPS.names()}
+    assert len(SCENES) == 42 and not {path.stem for path in SCENES} & {*MODELS.names(), *MAPS.names()}
 
 
 def test_each_system_is_short_and_says_where_it_comes_from():

@@ -161,9 +161,8 @@ class FlowProblem(Problem):
         result, by, by_times, one_sided, passage = self._run(z, start, start + length)
         f0, f1 = passage.rates
         monodromy = by[:, :n]
-        # by how much start and length change with a parameter, where that is the frequency
-        forcing = self.strobe.forcing
-        rates = np.array([-1.0 / value if name == forcing else 0.0 for name, value in self.values(z).items()])
+        # by how much start and length change with a parameter that moves the period
+        rates = self.strobe.period_rates(self.values(z))
         by_values = by[:, n:] + f1[:, None] * (rates * (start + length)) - (monodromy @ f0)[:, None] * (rates * start)
         residual, jacobian = result.values[1] - z[:n], np.zeros((n + self.autonomous, self.size))
         jacobian[:n, :n] = monodromy

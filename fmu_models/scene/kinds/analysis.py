@@ -16,7 +16,7 @@ def kind_of(analysis: Analysis) -> Kind:
         computation = scene.compute
         settings: dict[str, Any] = {**differing, **computation.settings}
         subject: Any = fmu
-        section = computation.forcing or computation.period or computation.level or computation.impacts
+        section = computation.forcing or computation.period or computation.level or computation.impacts or fmu.signals
         if analysis.subject == OSCILLATOR or (analysis.subject == EITHER and not (section or scene.of_map)):
             settings["parameters"] = constants_of(scene, run)
         elif analysis.of_run is None:

@@ -64,9 +64,11 @@ class Kind:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-def period(scene: Scene, parameters: Mapping[str, float]) -> float:
-    """Period of a strobe or orbit, s; ``parameters`` in place of the scene's."""
+def period(scene: Scene, parameters: Mapping[str, float], fmu: Fmu | None = None) -> float:
+    """Period of a strobe or orbit, s; ``parameters`` in place of the scene's. fmu: says it where the scene does not."""
     computation = scene.compute
+    if fmu is not None and not (computation.forcing or computation.period):
+        return computation.periods * float(Strobe(fmu, parameters=parameters).periods({}, 1)[0])
     if computation.forcing is None:
         return computation.periods * float(computation.period or math.nan)
     value = {**scene.parameters, **parameters}[computation.forcing]
@@ -118,17 +120,16 @@ def section_of(
     return Strobe(fmu, every=computation.periods, autonomous=computation.autonomous, **common)
 
 
-def periods_of(scene: Scene, run: Mapping[str, Any], length: float | None = None) -> tuple[float, int]:
-    """The period of a strobe, s, and how many of them fit into the run. length: in place of that the scene says.
+def periods_of(run: Mapping[str, Any], length: float) -> int:
+    """How many periods of a strobe, s, fit into the run.
 
     Raises:
         StickslipError: fewer than two.
     """
-    length = period(scene, run["parameters"]) if length is None else length
     count = int(run["stop_time"] / length * (1.0 + 1e-12))
     if count < 2:
         raise StickslipError(f"The run of {run['stop_time']:g} s is shorter than two periods of {length:g} s.")
-    return length, count
+    return count
 
 
 def strobe_of(scene: Scene, fmu: Fmu, run: Mapping[str, Any]) -> tuple[SectionSystem, int]:
@@ -139,4 +140,4 @@ def strobe_of(scene: Scene, fmu: Fmu, run: Mapping[str, Any]) -> tuple[SectionSy
     """
     system = section_of(scene, fmu, run["parameters"], run["inputs"])
     length = float(system.repeats(system.periods({}, 1))[0]) if isinstance(system, Strobe) else 1.0
-    return system, periods_of(scene, run, length)[1]
+    return system, periods_of(run, length)

@@ -21,7 +21,7 @@ def _orbit(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     if scene.of_map:
         return _of_map(scene, fmu, run)
     computation = scene.compute
-    length = period(scene, run["parameters"])
+    length = period(scene, run["parameters"], fmu)
     guess = {name: float(run["start"].get(name, fmu.start_of(name))) for name in fmu.states}
     fixed = {name: run[name] for name in ("parameters", "inputs")}
     orbit = find_orbit(fmu, length, guess, autonomous=computation.autonomous, **fixed)

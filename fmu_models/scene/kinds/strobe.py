@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.scene.kinds.kind import Kind, Row, periods_of
+from fmu_models.scene.kinds.kind import Kind, Row, period, periods_of
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.run import simulate
 
@@ -18,7 +18,8 @@ SAME = 1e-6  # of the size of a state, up to which two points of a strobe are on
 
 def _strobe(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     """Once per period; as many whole periods as fit into the run."""
-    length, count = periods_of(scene, run)
+    length = period(scene, run["parameters"], fmu)
+    count = periods_of(run, length)
     run["stop_time"] = count * length
     trajectory = simulate(fmu, **run, output_times=length * np.arange(count + 1))
     last = np.stack([trajectory[name][-min(KEPT, count) :] for name in fmu.states], axis=1)

@@ -28,6 +28,7 @@ from fmu_models import (
     basins,
     load,
     lyapunov,
+    orbit_diagram,
 )
 from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.unforced import Equilibrium, LimitCycle
@@ -235,6 +236,18 @@ def test_a_torus_is_a_cycle_of_what_turns(strength):
     else:
         assert np.ptp(run.y[0]) > 0.1 and found.words == ["torus"]
     assert (found.labels == 0).all() and (strength < 2.0) == (np.ptp(run.y[0]) < 1e-6)
+
+
+def test_diagrams_of_what_nothing_forces_show_maxima():
+    """The block of data/scenes/block_on_belt_stick_slip.toml, by an integrator of order 8; van der Pol near 2."""
+    belt = Strobe(load("block_on_belt"), parameters={"v_belt": 0.1})
+    found = orbit_diagram(belt, "m", [1.0, 1.1], start={"x": 0.0, "v": 0.1}, execution=ALONE)
+    assert found.points[0, 0, 0] == pytest.approx([0.069544271510672, 0.0], abs=1e-11)
+    assert (found.periods == 1).all() and not found.failures
+    weak = orbit_diagram(Strobe(van_der_pol()), "mu", [0.01, 0.1], execution=ALONE, transient=1000)
+    assert weak.shown[0, :, 0] == pytest.approx([2.0, 2.0], abs=2e-3)
+    with pytest.raises(StickslipError, match="rate of 'x' is no other state"):
+        orbit_diagram(Strobe(lorenz()), "rho", [28.0])
 
 
 def test_a_woodpecker_falls_in_a_cycle():

@@ -129,7 +129,7 @@ def judged(runner: Runner, system: SectionSystem, start: Vector) -> AperiodicVer
             kind = TORUS if _is_smooth_in_phase(runner, system, start) else STRANGE
     elif system.autonomous and sign == "negative":
         kind = CYCLE
-    elif (sign == "zero" or not system.autonomous) and _is_torus(runner, system, start):
+    elif _is_torus(runner, system, start):
         kind = TORUS
     return AperiodicVerdict(kind, exponent, error)
 

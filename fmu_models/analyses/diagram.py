@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import VALUES, Analysis, Option
+from fmu_models.analyses.unforced import at_maxima
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
@@ -170,7 +171,7 @@ def orbit_diagram(
     """Show where motions stay over a parameter, swept up and down.
 
     Args:
-        system: a map, or an oscillator at a section.
+        system: a map, or an oscillator at a section; of what nothing forces, given as it is, the maxima of a state.
         over, values: name of a parameter and its values (m,), ascending.
         direction: "up", "down" or "both".
         start: of each sweep, and anew where a run failed.
@@ -206,6 +207,8 @@ def orbit_diagram(
         )
     if of is not None:
         refuse_unknown(of, system.states, f"'{system.name}' has no state '{of}'.")
+    if isinstance(system, Strobe) and system.estimated:
+        system = at_maxima(system, of or system.states[0])
     sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
     plan = {"analysis": "diagram", **vars(sweep)}
     with Runner(system, plan, execution, progress) as runner:

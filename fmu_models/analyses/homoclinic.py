@@ -72,12 +72,18 @@ class Homoclinic(Pictured):
         real = self.eigenvalues.real
         return float(real[real > 0.0].min() + real[real < 0.0].max())
 
+    @property
+    def born(self) -> str:
+        """What is born there, in words; where the saddle quantity is zero what happens on the way decides."""
+        if abs(self.saddle_quantity) < 1e-9 * np.abs(self.eigenvalues).max():
+            return "a cycle"
+        return "a stable cycle" if self.saddle_quantity < 0.0 else "an unstable cycle"
+
     def _heading(self) -> str:
         return f"Homoclinic point of {self.model} at {self.parameter} = {self.value:.15g}"
 
     def _contents(self) -> Mapping[str, Any]:
-        born = "a stable" if self.saddle_quantity < 0.0 else "an unstable"
-        return {"saddle": self.saddle, "eigenvalues": self.eigenvalues, "born there": f"{born} cycle"}
+        return {"saddle": self.saddle, "eigenvalues": self.eigenvalues, "born there": self.born}
 
 
 def homoclinic(

@@ -31,6 +31,7 @@ from fmu_models.sections.stability import ON_CIRCLE, Stability
 from fmu_models.sections.strobe import Strobe, strobe_of
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.ensemble import Targets
+from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.rows import RunRows
 
 MOST, LONGEST, SETTLED = 3000, 64, 1e-10  # steps of a transient, period looked for, relative distance of equal points
@@ -168,6 +169,27 @@ def section_through(
     level, direction = float(states[k, i]), int(np.sign(slopes[k, i]))
     section = Crossing(system.fmu, system.fmu.states[i], level, direction, **settings)
     return section, section.start(states[k]), float((size / sizes).max())
+
+
+def at_maxima(system: Strobe, state: str) -> Crossing:
+    """The section where a state of what nothing forces is largest: its rate, another state or a multiple, falls to 0.
+
+    Raises:
+        StickslipError: the rate of the state is no other state.
+    """
+    point = system.start(None)
+    field, i = VectorField(system.fmu, system.values), system.fmu.states.index(state)
+    beside = point[: len(system.fmu.states)] + SAME * system.sizes()[: len(system.fmu.states)]
+    row, rate = field.slopes(beside, ())[i], field.at(beside)
+    (others,) = np.nonzero(row)
+    if len(others) != 1 or others[0] == i or rate.rates[i] != row[others[0]] * rate.states[others[0]]:
+        raise StickslipError(
+            f"Nothing forces '{system.name}', and the rate of '{state}' is no other state, so that its maxima are no "
+            "section. Name one whose rate is (--of, of=), or a section (--level STATE=VALUE, --impacts CONTACT)."
+        )
+    wait = PATIENT * SPAN * float(system.periods({}, 1)[0]) / PATIENCE
+    settings = {"parameters": system.values, "tolerance": system.tolerance, "wait": wait}
+    return Crossing(system.fmu, system.fmu.states[others[0]], 0.0, -int(np.sign(row[others[0]])), **settings)
 
 
 def rates(states: Sequence[str]) -> list[str]:

@@ -38,6 +38,8 @@ def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
     for contact in system.contacts:
         if contact.reset or contact.rooted:
             reasons.append(f"contact '{contact.name}': its jumps are not followed in lanes")
+        elif contact.reset_sides & 8:
+            reasons.append(f"contact '{contact.name}': its rest is not followed in lanes")
     modes = 1
     for contact in system.contacts:
         modes *= _digits(contact)

@@ -17,7 +17,7 @@ from fmu_models.base.figures import check_files
 from fmu_models.base.files import write_whole
 from fmu_models.base.shipped import is_scene
 from fmu_models.commands.arguments import NAMED, scene_of
-from fmu_models.maps import MAPS
+from fmu_models.fmu.load import named_map
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fmu_models.base.shown import Pictured
     from fmu_models.families.execution import Execution
     from fmu_models.fmu.fmu import Fmu
+    from fmu_models.language.maps import Map
     from fmu_models.report.interactive import PickedMotion
     from fmu_models.scene.scene import Compute, Scene
     from fmu_models.sections.system import SectionSystem
@@ -96,8 +97,8 @@ class SectionOptions:
             raise StickslipError(f"'{self.model}' is a map: every step of it is the section. Leave the section out.")
         if self._scene is not None:
             return self._of_scene(self._scene, values)
-        if self._is_map:
-            return Iteration.of(MAPS.load(self.model), values)
+        if self._map is not None:
+            return Iteration.of(self._map, values)
         fmu = load(self.model, contacts=console.chosen(self.contacts))
         common: dict[str, Any] = {"forcing": self.forcing, "period": self.period, "parameters": values}
         common["stepper"] = self.stepper
@@ -112,9 +113,13 @@ class SectionOptions:
     def _scene(self) -> Scene | None:
         return scene_of(self.model, self.contacts) if is_scene(self.model) else None
 
+    @cached_property
+    def _map(self) -> Map | None:
+        return named_map(self.model) if self._scene is None else None
+
     @property
     def _is_map(self) -> bool:
-        return self.model in MAPS.members() if self._scene is None else self._scene.of_map
+        return self._map is not None if self._scene is None else self._scene.of_map
 
     def _of_scene(self, scene: Scene, values: Mapping[str, float]) -> SectionSystem:
         """The section of a scene; what is given here goes before what it says."""

@@ -86,7 +86,11 @@ def _list(as_json: bool) -> None:
     from fmu_models.base.toml_document import read_document
 
     documents = {file.stem: read_document(file) for file in scenes()}
-    rows = [{"name": name, **{k: d.text(k) for k in ("title", "model", "source")}} for name, d in documents.items()]
+    rows = [
+        {"name": name, "title": d.text("title"), "model": d.text("model")}
+        | {"source": d.text("source", default="as its model says")}
+        for name, d in documents.items()
+    ]
 
     def show(out: console.Console) -> None:
         lines = [[row[key] for key in ("name", "title", "model", "source")] for row in rows]

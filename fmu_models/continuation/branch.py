@@ -13,6 +13,8 @@ Semantics.
                  "jump"        the motion touches something, and what then happens does not go on from it; or it depends
                                on which of two events that come at once is the first
                  "chatter"     impacts are added without end, or infinitely many no longer come to rest
+                 "set"         a contact sticks wherever it is: motions beside one another are as good
+                 "homoclinic"  the period is without end: the cycle comes to a saddle
                  "equilibrium" a cycle has shrunk to nothing
                  "bounds"      the parameter comes to where there is no such model
                  "points"      as many as were asked for
@@ -43,13 +45,16 @@ from fmu_models.base.arrays import Complex
 from fmu_models.continuation.ended import SolutionBranch, seen_on
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
+from fmu_models.continuation.problem.equilibrium import EquilibriumProblem
 from fmu_models.continuation.problem.imported import ImportedProblem
+from fmu_models.continuation.problem.map import MapProblem
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.problem.problem import Problem, Vector
 from fmu_models.continuation.special.special import Special, special_of
 from fmu_models.continuation.step.equilibrium import EquilibriumFollower
 from fmu_models.continuation.step.follow import Follower
 from fmu_models.continuation.step.imported import ImportedFollower
+from fmu_models.continuation.step.map import MapFollower
 from fmu_models.continuation.step.same_motion import passes
 from fmu_models.continuation.step.way import Ways, joined, ways
 
@@ -63,7 +68,7 @@ class Branch(SolutionBranch):
     Attributes:
         periods: (m,) s.
         multipliers: (m, n) largest first.
-        every: periods of the forcing in one of the motion.
+        every: periods of the forcing in one of the motion, or turns of a cycle that nothing forces.
     """
 
     COLUMNS: ClassVar = (
@@ -120,7 +125,7 @@ def made(problem: Problem, directions: Ways, between: tuple[float, float], secon
         special=tuple(special_of(finding, between, _switched) for _, finding, _ in findings),
         places=tuple(count for count, *_ in findings),
         ends=ends,
-        every=problem.turns,
+        every=problem.rounds,
         seconds=seconds,
         nodes=tuple(nodes),
         between=between,
@@ -133,8 +138,8 @@ def _switched(special: Special, points: int) -> tuple[Branch, ...]:
 
 def follower_of(start: Node, *arguments: Any) -> Follower:
     """What follows solutions of its kind from a start on."""
-    imported = isinstance(start.problem, ImportedProblem)
-    follower = EquilibriumFollower if start.problem.still else ImportedFollower if imported else Follower
+    kinds = {ImportedProblem: ImportedFollower, MapProblem: MapFollower, EquilibriumProblem: EquilibriumFollower}
+    follower = kinds.get(type(start.problem), Follower)
     return follower(start, *arguments)
 
 

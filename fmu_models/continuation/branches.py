@@ -227,7 +227,7 @@ def _switched_at(followed: list[Branch], longest: int, points: int, keeper: Keep
             if member.every * (2 if special.kind == FLIP else 1) > longest:
                 continue
             for node in leaving(special):
-                turns = node.problem.turns
+                turns = node.problem.rounds
                 same = (earlier.nodes for earlier in followed if earlier.every == turns)
                 if turns <= longest and not any(passes(nodes, node) for nodes in same):
                     yield followed_from(node, member.between, points, keeper)

@@ -15,11 +15,12 @@ import numpy as np
 
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.problem.problem import Passing, Problem, Seen, Vector
+from fmu_models.continuation.special.border_collision import Collision
 from fmu_models.continuation.special.discontinuous import Touch
 from fmu_models.continuation.step.way import Found
 from fmu_models.families.store import Chain, Store
 
-KINDS: Mapping[str, Any] = {kind.__name__: kind for kind in (Found, Touch, Passing)}
+KINDS: Mapping[str, Any] = {kind.__name__: kind for kind in (Found, Touch, Passing, Collision)}
 
 
 class Keeper:

@@ -22,6 +22,8 @@ def leaving(special: Special) -> list[Node]:
         return _doubled(node)[:1]
     if special.kind in (PITCHFORK, BRANCH_POINT):
         return beside_branch_point(node)
+    if special.collision is not None:
+        return list(special.collision.leaving())
     return _at_touch(special, special.touch) if special.touch else []
 
 

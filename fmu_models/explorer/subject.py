@@ -77,6 +77,8 @@ def _of_scene(scene: Scene) -> ExplorerSubject:
     """Its model with its contacts and laws; what it makes constants can be moved here."""
     from fmu_models.codegen.package import built
 
+    if scene.of_map:
+        raise StickslipError(f"Scene '{scene.name}' is of a map, which has no live page. Look for its motions: map.")
     beside = scene.folder / scene.model
     model = str(beside) if Path(scene.model).suffix == ".py" and beside.is_file() else scene.model
     fmu = Fmu.open(built(scene.model, contacts=scene.contacts, laws=scene.laws, beside=scene.folder))

@@ -14,7 +14,11 @@ h = h' = 0. What holds it there keeps h'' = 0, so that G has grad h' in the plac
 reset from one, flow knows no sign:   W along the jump, grad h' W = 1, lambda >= 0 from h > 0 (<= 0 from below) without
                                       a bound that matters: 2 n times the root of the squares of the n terms of h''
 
-Source: Filippov, Differential equations with discontinuous right-hand sides (1988), section 2.4.
+Of two switches, one on h and one on h', with h'' < 0 for h > 0 and > 0 for h < 0, infinitely many crossings may end in
+finite time at h = h' = 0 (second-order sliding). The first rests there, like a reset from both sides; the other slides.
+
+Sources: Filippov, Differential equations with discontinuous right-hand sides (1988), section 2.4; Levant, International
+Journal of Control 58 (1993) 1247-1263 (sliding order).
 """
 
 from typing import Any
@@ -103,15 +107,18 @@ def _gradient(automaton: Automaton, function: sympy.Expr) -> sympy.Matrix:
 
 
 def _resting_rate(automaton: Automaton, switch: Switch, jump: sympy.Matrix) -> sympy.Expr | None:
-    """h' of a switch whose reset may end in rest; None of any other."""
+    """h' of a switch that may come to rest, by its reset or by the switch on h' beside it; None of any other."""
     sides = [reset.bits for reset in automaton.resets if reset.switch == switch]
     rate = _along_flow(automaton, _rate(automaton, sympy.sympify(switch.function)))
-    if not sides or rate.has(*(s.sign for s in automaton.switches)) or not rate.has(*automaton.states):
+    if rate.has(*(s.sign for s in automaton.switches)) or not rate.has(*automaton.states):
         return None
     if not all(_vanishes(entry, rate, automaton) for entry in _jump(automaton, switch).flat()):
         return None
     pushes = sympy.simplify((_gradient(automaton, rate) * jump)[0]) != 0
-    return rate if (pushes if sides == [3] else not any(jump.flat())) else None
+    others = (sympy.sympify(s.function) for s in automaton.switches if s != switch)
+    if not sides and not any(_vanishes(rate, function, automaton) for function in others):
+        return None
+    return rate if (pushes if sides in ([], [3]) else not any(jump.flat())) else None
 
 
 def _support(automaton: Automaton, switch: Switch, rate: sympy.Expr) -> sympy.Matrix:
@@ -139,7 +146,7 @@ def _switch_dynamics(
     side = resets[0].bits if resets else 0
     bend = _rate(automaton, resting_rate or function)
     capacity, capacity_minus = sympy.S.One, None
-    if resting_rate and side != 3:
+    if resting_rate and side in (1, 2):
         strength = _strength(automaton, bend, 1 if side == 1 else -1)
         capacity, capacity_minus = (strength, sympy.S.Zero) if side == 1 else (sympy.S.Zero, strength)
     return ContactDynamics(

@@ -61,6 +61,7 @@ def fold(
         inertia={index: folded(entry) for index, entry in system.inertia.items()},
         contacts=tuple(_folded_contact(contact, folded) for contact in system.contacts),
         internal_rates=tuple(folded(rate) for rate in system.internal_rates),
+        rule={state: folded(after) for state, after in system.rule.items()},
         kinetic_energy=folded(system.kinetic_energy),
         outputs=tuple(
             dataclasses.replace(o, expression=folded(o.expression)) for o in system.outputs if o.name in outputs

@@ -212,7 +212,8 @@ def _(result: Curves) -> str:
 @tell.register(Branch)
 def _(branch: Branch) -> str:
     """What is special, in the order of the branch, and the ends."""
-    lines = [f"{branch._heading()}, period {branch.every}: {branch.stable.sum()} stable"]
+    turns = "turns" if branch.of == PERIOD else "period"
+    lines = [f"{branch._heading()}, {turns} {branch.every}: {branch.stable.sum()} stable"]
     (kind, why), last = branch.ends
     lines.append(f"  {kind}: {why}")
     lines += [f"  {_told(special)}" for special in branch.special]
@@ -221,7 +222,8 @@ def _(branch: Branch) -> str:
 
 def _told(special: Special) -> str:
     multipliers = ", ".join(_number(multiplier) for multiplier in special.multipliers)
-    kind = f"{special.kind}, {special.criticality}" if special.criticality else special.kind
+    symmetry = "symmetry-breaking " if special.breaks_symmetry else ""
+    kind = symmetry + (f"{special.kind}, {special.criticality}" if special.criticality else special.kind)
     line = f"{kind} at {special.parameter} = {special.value:.15g}; multipliers {multipliers}"
     if special.contact:
         line += f"; {special.contact}"
@@ -299,12 +301,11 @@ def _(result: Homoclinic, axes: Axes) -> None:
 
 @tell.register(Homoclinic)
 def _(result: Homoclinic) -> str:
-    born = "a stable" if result.saddle_quantity < 0.0 else "an unstable"
     at = ", ".join(f"{name} = {value:.15g}" for name, value in zip(result.states, result.saddle, strict=True))
     return "\n".join(
         [
             result._heading(),
             f"  saddle {at}; eigenvalues {numbers_text(result.eigenvalues)}",
-            f"  {born} cycle is born there; known to {result.width:.2g}",
+            f"  {result.born} is born there; known to {result.width:.2g}",
         ]
     )

@@ -47,7 +47,8 @@ def draw_scene(
         for row in rows
         if row.trajectory
     ]
-    axes = (fmu.states[0], fmu.states[len(fmu.states) // 2])
+    states = fmu.states or ["", ""]  # of a map, whose motions are no trajectories
+    axes = (states[0], states[len(states) // 2])
     draw(scene.title, panels, axes, Path(path), points=scene.compute.kind == "strobe", overwrite=overwrite)
 
 
@@ -68,7 +69,7 @@ def draw(
         StickslipError: nothing to draw, or the file exists or cannot be written.
     """
     if not panels:
-        raise StickslipError("There is no motion to draw.")
+        raise StickslipError("There is no motion to draw: of a map those of a family are, as basins and branches.")
     columns = 2 if len(panels) == 4 else min(3, len(panels))
     rows = math.ceil(len(panels) / columns)
     figure = Figure(figsize=(1.0 + 3.6 * columns, 0.8 + 3.0 * rows), layout="constrained")

@@ -82,7 +82,7 @@ def export_scene(
         StickslipError: as for ``built_scene``, or ``path`` exists or cannot be written.
     """
     path = checked(path, fmi_version, overwrite)
-    if not packaging.plain:
+    if scene.of_map or not packaging.plain:
         return write(reduced(scene), path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
     cached = built_scene(scene, fmi_version)
     with write_whole(path, overwrite=overwrite) as temporary:

@@ -11,7 +11,8 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from fmu_models.base.shipped import scenes
+from fmu_models import Fmu
+from fmu_models.base.shipped import folder, scenes
 from identification import cli
 
 ROOT = Path(__file__).parents[2]
@@ -176,3 +177,22 @@ def test_a_fit_without_a_figure_loads_neither_matplotlib_nor_sympy(tmp_path):
 def test_a_scene_elsewhere_needs_no_folder_of_ours(stickslip, tmp_path):
     shutil.copy(CLASS_A, tmp_path / "copy.toml")
     assert stickslip("scene", "copy.toml")[0] == 0
+
+
+def test_a_scene_of_a_map_is_told_and_exported_and_its_limits_too(stickslip):
+    assert "multiplier1_real" in stickslip("scene", "ikeda")[1]
+    code, _, err = stickslip("scene", "ikeda", "--figure", "ikeda.png")
+    assert code == 2 and "There is no motion to draw: of a map" in err
+    code, _, err = stickslip("explore", "ikeda", "-o", "ikeda.html")
+    assert code == 2 and "is of a map, which has no live page" in err
+    assert stickslip("export", "ikeda", "-o", "ikeda.fmu")[0] == 0
+    run = Fmu.open("ikeda.fmu")
+    assert run.parameters == ["period"]  # the others are constants of its rule
+
+
+def test_families_take_the_file_of_a_map(stickslip):
+    file = str(folder("systems_of_the_literature") / "cubic_map.py")
+    code, out, _ = stickslip("basins", file, "--over", "x=-1:1:4", "--json")
+    assert code == 0 and len(json.loads(out)["attractors"]) == 2
+    code, _, err = stickslip("basins", file, "--over", "x=-1:1:4", "--period", "2")
+    assert code == 2 and "is a map" in err

@@ -10,9 +10,24 @@ import hinge_flows
 import numpy as np
 import pytest
 import sympy
+from mechanisms import opened
+from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from fmu_models import Iteration, Map, Parameter, State, StickslipError, Strobe, branch, branches, load, simulate
+from fmu_models import (
+    Automaton,
+    Iteration,
+    Map,
+    Parameter,
+    State,
+    StickslipError,
+    Strobe,
+    Switch,
+    branch,
+    branches,
+    load,
+    simulate,
+)
 from fmu_models.continuation.special.discontinuous import shrinking
 from fmu_models.continuation.special.growing_multiplier import why_huge
 from fmu_models.maps.logistic import MAP as LOGISTIC
@@ -250,6 +265,7 @@ def test_the_impact_pair():
     (known,) = [one for one in of("pair_e0.6_down") if "pitchfork" in one["kind"]]
     pitchfork = min(found.special, key=lambda one: abs(one.value - known["value"]))
     twins = pitchfork.switch(points=80)
+    assert pitchfork.breaks_symmetry and "symmetry-breaking pitchfork" in found.summary()
     assert pitchfork.criticality == "supercritical" and all(twin.stable[:6].all() for twin in twins)
     for known in [*of("pair_e0.6_asymmetric_0"), *of("pair_e0.6_asymmetric_1")]:
         check(known, [special for twin in twins for special in twin.special])
@@ -347,7 +363,7 @@ def test_the_hinge_breaks_its_symmetry():
     check(grazing, found.special, discontinuous=1e-9)
     # called a fold there: the parameter turns, where the motion becomes its own mirror twin
     (pitchfork,) = [one for one in found.special if one.kind == "pitchfork"]
-    assert pitchfork.value == pytest.approx(turn["value"], abs=1e-10)
+    assert pitchfork.value == pytest.approx(turn["value"], abs=1e-10) and pitchfork.breaks_symmetry
     # of the symmetric motion itself, by 24 digits: its half map has a derivative with the eigenvalue 1 there, where the
     # listed value, of the motion without symmetry, misses that by 4e-9
     x, v, f = 0.0066220869368431714785, 0.016372785895150997606, 0.3638571561798623223915
@@ -360,3 +376,30 @@ def test_the_hinge_breaks_its_symmetry():
     short = branch(system, "f", (0.3635, 0.3665), start=start)
     (again,) = [one for one in short.special if one.kind == "pitchfork"]
     assert again.value == pytest.approx(pitchfork.value, abs=1e-11) and short.ends[0] == short.ends[1]
+
+
+def test_cycles_of_an_unforced_flow_say_their_turns():
+    """Roessler's flow at a = b = .2: one turn, two from c = 2.83 on, four from 3.84 on."""
+    x, y, z = (State(name, "1", "state") for name in "xyz")
+    a, b, c = (Parameter(name, value, "1", name) for name, value in (("a", 0.2), ("b", 0.2), ("c", 2.6)))
+    unit = Parameter("unit", 1.0, "s", "unit of time")
+    flows = {x: -(y + z) / unit, y: (x + a * y) / unit, z: (b + z * (x - c)) / unit}
+    half = Switch(name="half", function=x, unit="1", description="half space")
+    flow = Automaton(name="roessler", title="Roessler", source="1976", states=[x, y, z], flows=flows, switches=[half])
+    system = Strobe(opened(flow), period=5.8, autonomous=True)
+    found = branches(system, "c", (2.5, 4.0), settle=True, longest=4, start=[2.0, -3.0, 0.1])
+    assert [member.every for member in found.branches] == [1, 2, 4]
+    flips = [special for special in found.special if special.kind == "flip"]
+    for flip in flips:  # by another integrator, along one turn and along two
+
+        def rates(t, u, c=flip.value):
+            f = [-(u[1] + u[2]), u[0] + 0.2 * u[1], 0.2 + u[2] * (u[0] - c)]
+            J = np.array([[0, -1, -1], [1, 0.2, 0], [u[2], 0, u[0] - c]])
+            return np.concatenate([f, (J @ u[3:].reshape(3, 3)).ravel()])
+
+        begin = [*flip.state.values(), *np.eye(3).ravel()]
+        end = solve_ivp(rates, (0.0, flip.period), begin, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        assert end[:3] == pytest.approx(begin[:3], abs=1e-9)
+        assert np.linalg.eigvals(end[3:].reshape(3, 3)).real.min() == pytest.approx(-1.0, abs=1e-7)
+    assert found.branches[1].periods[0] == pytest.approx(2 * flips[0].period, rel=1e-3)
+    assert "turns 2" in found.branches[1].summary()

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from mechanisms import opened
 from resetting import neuron, wheel
+from scipy.optimize import root_scalar
 
-from fmu_models import Impacts, SensitiveRun, Strobe, basins, branch, lyapunov, orbit_diagram, simulate
+from fmu_models import Impacts, SensitiveRun, Strobe, basins, branch, homoclinic, lyapunov, orbit_diagram, simulate
 from fmu_models.simulation.results import read_trajectory, write_trajectory
 
 # of the neuron at I = 1.2, driven with the period 1.6
@@ -96,6 +97,24 @@ def test_a_branch_of_the_wheel_has_its_multiplier(rolling):
     assert set(rolls.words) == {(("spoke", 1, 1),)}
     largest = [np.sort(np.abs(multipliers - 1.0))[-1] for multipliers in rolls.multipliers]
     assert largest == pytest.approx([1.0 - step_of_wheel(0.0)[1]] * len(largest), rel=1e-7)
+
+
+def test_a_branch_of_the_wheel_ends_at_its_saddle(rolling):
+    """Where its speed at the apex is zero the wheel rolls for ever: w+^2 = 2 (1 - cos(gamma - alpha))."""
+    start = {"q": -0.12, "w": step_of_wheel(0.08)[0]}
+    system = Strobe(rolling, period=0.667, autonomous=True, parameters={"gamma": 0.08})
+    rolls = branch(system, "gamma", (0.001, 0.1), settle=True, start=start)
+    assert [kind for kind, _ in rolls.ends] == ["homoclinic", "range"] and "saddle q = " in rolls.ends[0][1]
+    (end,) = rolls.special
+
+    def apex(gamma):
+        return step_of_wheel(gamma)[0] ** 2 - 2 * (1 - math.cos(gamma - 0.2))
+
+    known = root_scalar(apex, bracket=(0.001, 0.02), xtol=1e-16).root
+    assert (end.kind, end.value) == ("homoclinic", pytest.approx(known, abs=1e-13))
+    found = homoclinic(rolling, "gamma", (0.004, 0.02), start={"q": 0.0, "w": 0.0})
+    assert found.value == pytest.approx(known, abs=1e-15)
+    assert "a cycle" in found.summary()
 
 
 def test_tangents_go_through_resets(rolling, firing):

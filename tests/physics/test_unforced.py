@@ -28,6 +28,7 @@ from fmu_models import (
     basins,
     load,
     lyapunov,
+    orbit_diagram,
 )
 from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.unforced import Equilibrium, LimitCycle
@@ -69,6 +70,14 @@ def brusselator() -> Fmu:
     b = Parameter("b", 3.0, "1", "b")
     x, y = states(x=1.0, y=1.0)
     return flow("brusselator", {x: 1 + x**2 * y - (b + 1) * x, y: b * x - x**2 * y})
+
+
+@cache
+def langford() -> Fmu:
+    lam = Parameter("lam", 2.01, "1", "lambda")
+    x, y, z = states(x=0.1, y=0.1, z=1.0)
+    growth = lam - 3 + z + sympy.Rational(1, 5) * (1 - z**2)
+    return flow("langford", {x: growth * x - y / 4, y: x / 4 + growth * y, z: lam * z - (x**2 + y**2 + z**2)})
 
 
 @cache
@@ -209,6 +218,36 @@ def test_a_relay_has_the_period_of_its_switching_condition():
     half = brentq(at_switching, 1.0, 3.0, xtol=1e-13)
     found = basins(relay(), execution=ALONE, x=[-1.0, 0.4], y=[0.3, -0.6])
     assert cycle_of(found).time == pytest.approx(2 * half, rel=1e-10)
+
+
+@pytest.mark.nightly_for("2.005")
+@pytest.mark.parametrize("strength", [1.95, 2.005, 2.01])
+def test_a_torus_is_a_cycle_of_what_turns(strength):
+    """Langford 1979: (r, z) by themselves, and a turn in 8 pi: at rest a cycle, on a cycle of their own a torus."""
+    found = grid(langford(), {"lam": strength}, x=[0.1, 0.5], y=[0.1])
+
+    def rates(t, x):
+        growth = strength - 3 + x[1] + 0.2 * (1 - x[1] ** 2)
+        return [growth * x[0], strength * x[1] - x[0] ** 2 - x[1] ** 2]
+
+    run = solve_ivp(rates, (0, 4000), [0.1, 1.0], rtol=1e-10, atol=1e-12, t_eval=np.linspace(3500, 4000, 2001))
+    if np.ptp(run.y[0]) < 1e-6:
+        assert cycle_of(found).time == pytest.approx(8 * math.pi, rel=1e-10)
+    else:
+        assert np.ptp(run.y[0]) > 0.1 and found.words == ["torus"]
+    assert (found.labels == 0).all() and (strength < 2.0) == (np.ptp(run.y[0]) < 1e-6)
+
+
+def test_diagrams_of_what_nothing_forces_show_maxima():
+    """The block of data/scenes/block_on_belt_stick_slip.toml, by an integrator of order 8; van der Pol near 2."""
+    belt = Strobe(load("block_on_belt"), parameters={"v_belt": 0.1})
+    found = orbit_diagram(belt, "m", [1.0, 1.1], start={"x": 0.0, "v": 0.1}, execution=ALONE)
+    assert found.points[0, 0, 0] == pytest.approx([0.069544271510672, 0.0], abs=1e-11)
+    assert (found.periods == 1).all() and not found.failures
+    weak = orbit_diagram(Strobe(van_der_pol()), "mu", [0.01, 0.1], execution=ALONE, transient=1000)
+    assert weak.shown[0, :, 0] == pytest.approx([2.0, 2.0], abs=2e-3)
+    with pytest.raises(StickslipError, match="rate of 'x' is no other state"):
+        orbit_diagram(Strobe(lorenz()), "rho", [28.0])
 
 
 def test_a_woodpecker_falls_in_a_cycle():

@@ -19,8 +19,10 @@ from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.trajectory import Event
 
-# share of the orbit's length that an event must keep from the strobe, beyond which the strobe moves to another phase
+# share of the orbit's length that an event must keep from the strobe, beyond which the strobe moves to another phase;
+# less where pauses are shorter
 CLEAR = 0.01
+RESTS = 1e-12  # of the largest state: what moves less rests, and that is rounding
 
 
 def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool, float, float]]:
@@ -47,6 +49,13 @@ def _ties(events: Sequence[Passing], gradients: Vector) -> tuple[Passing, ...]:
         for i, j in pairwise(instants)
         if events[i].contact != events[j].contact and np.isfinite(gradients[j] - gradients[i]).all()
     )  # fmt: skip
+
+
+def _decides(miss: Passing, events: Sequence[Passing]) -> bool:
+    """Whether what sticks would slip beyond a margin. Towards where its slip has come from it would not: that margin is
+    the speed of the event, and vanishes where there is none."""
+    came = [event.before for event in events if event.contact == miss.contact and event.time == miss.time]
+    return not (miss.begins and miss.before == STICK and miss.side in [-side for side in came])
 
 
 def _counted(word: Word) -> Word:
@@ -213,6 +222,7 @@ class FlowProblem(Problem):
             )
             for row, gradient in zip(passage.misses, gradients(passage.miss_derivatives), strict=True)
         )  # fmt: skip
+        misses = tuple(miss for miss in misses if _decides(miss, events))
         return events, misses + _ties(events, gradients(by_times))
 
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
@@ -220,7 +230,10 @@ class FlowProblem(Problem):
         length, point = self.length(z), np.zeros(len(self.strobe.states))
         point[: len(self.states)] = z[: len(self.states)]
         moved = self.strobe.at(**self.values(z)).trajectory(point, np.linspace(0, length, 65))
-        sizes = np.array([np.ptp(moved[name]) / 2 or abs(moved[name]).max() or 1.0 for name in self.states])
+        values = np.array([moved[name] for name in self.states])
+        swings, largest = np.ptp(values, axis=1) / 2, np.abs(values).max(axis=1)
+        rest = RESTS * largest.max()
+        sizes = np.where(swings > rest, swings, np.where(largest > rest, largest, 1.0))
         return np.array([*sizes, *([length] if self.autonomous else []), abs(between[1] - between[0])])
 
     def is_rigid(self, contact: str) -> bool:
@@ -244,16 +257,16 @@ class FlowProblem(Problem):
         return np.append(z[:-2], [times * z[-2], z[-1]]) if self.autonomous else z
 
     def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
-        margin = CLEAR * seen.length
-        crowded = any(event.time < margin or event.time > seen.length - margin for event in seen.events)
-        if not crowded and not held_at_start(seen.events):
-            return None
         gaps = pauses(seen.events, seen.length)
         if not gaps:
             return None
         _, pause_start, pause = gaps[0]
+        margin = min(CLEAR * seen.length, pause / 8)  # where a contact sticks nearly always, pauses are short
+        crowded = any(event.time < margin or event.time > seen.length - margin for event in seen.events)
+        if not crowded and not held_at_start(seen.events):
+            return None
         later = (pause_start + pause / 2) % seen.length
-        if pause < 2 * margin or min(later, seen.length - later) < margin / 4:
+        if min(later, seen.length - later) < margin / 4:
             return None
         return self.later(z, seen, later)
 
@@ -265,6 +278,10 @@ class FlowProblem(Problem):
     @property
     def turns(self) -> int:
         return 1 if self.autonomous else self.strobe.every
+
+    @property
+    def rounds(self) -> int:
+        return self.strobe.every
 
     def shifted(self, z: Vector, seen: Seen, phase: float) -> Vector:
         turns = (phase - self.phase) % self.strobe.every

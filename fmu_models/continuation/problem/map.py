@@ -1,26 +1,32 @@
 """What a branch of a declared map is followed of: its cycles."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.continuation.problem.problem import Problem, Seen, Vector
+from fmu_models.continuation.problem.pieces import RulePieces, Sides, pieces_of
+from fmu_models.continuation.problem.problem import Passing, Problem, Seen, Vector
 from fmu_models.sections.iteration import Iteration
 
 
 @dataclass(frozen=True, eq=False)
 class MapProblem(Problem):
-    """Of a declared map: cycles of ``period`` points."""
+    """Of a declared map: cycles of ``period`` points.
+
+    Attributes:
+        sides: of every border, at every point of the cycle, whose smooth piece of the rule holds wherever the point is;
+            those that the point is on if left out.
+    """
 
     map: Iteration
     over: str = ""
     period: int = 1
     second: str = ""
+    sides: tuple[Sides, ...] | None = None
 
     @property
     def states(self) -> tuple[str, ...]:  # type: ignore[override] # a field of others
@@ -31,12 +37,9 @@ class MapProblem(Problem):
         return self.map
 
     @cached_property
-    def _by_parameters(self) -> Callable[..., list[list[Any]]]:
-        declared = self.map.map
-        rule = (declared.inverse if self.map.backward else declared.rule) or {}
-        symbols = [next(p for p in declared.parameters if p.name == name) for name in self.parameters]
-        slopes = [[sympy.diff(rule[x], symbol) for symbol in symbols] for x in declared.states]
-        return sympy.lambdify([*declared.states, *declared.parameters], slopes, "numpy")
+    def pieces(self) -> RulePieces:
+        """Of its rule."""
+        return pieces_of(self.map.map, self.map.backward, self.parameters)
 
     def opened(self, second: str) -> Problem:
         self.map.check(second, np.array([self.map.values.get(second, 0.0)]))
@@ -49,16 +52,37 @@ class MapProblem(Problem):
         """The images of a point, and the product of their derivatives."""
         n = len(self.states)
         at = self.map.at(**self.values(z))
-        x, monodromy, by_values = z[:n], np.eye(n), np.zeros((n, len(self.parameters)))
-        for _ in range(self.period):
-            slopes = np.array(self._by_parameters(*x, *at.values.values()), float)
-            step = at.step(x[None])
-            if step.why:
-                raise StickslipError(f"{self.map.name} has no step from there: {next(iter(step.why.values()))}")
-            monodromy, by_values = step.derivatives[0] @ monodromy, step.derivatives[0] @ by_values + slopes
-            x = step.points[0]
-        residual = at.difference(x - z[:n])
-        return Seen(residual, np.column_stack([monodromy - np.eye(n), by_values]), monodromy, float(self.period))
+        values = list(at.values.values())
+        x, by = z[:n], np.eye(n, self.size)
+        word: list[Sides] = []
+        misses: list[Passing] = []
+        for k in range(self.period):
+            h, h_by = self.pieces.at_borders(x, values)
+            sides = self.sides[k] if self.sides else tuple(np.where(h > 0.0, 1, -1).tolist())
+            h_by = h_by[:, :n] @ by + np.pad(h_by[:, n:], ((0, 0), (n, 0))) if len(h) else h_by
+            word.append(sides)
+            misses += [
+                Passing(name, 0, 0, side, side, float(k), side * float(h[i]), side * h_by[i])
+                for i, (name, side) in enumerate(zip(self.pieces.names, sides, strict=True))
+            ]
+            image, slopes = self.pieces.of(sides, x, values)
+            if not np.isfinite(image).all():  # derivatives need not be
+                raise StickslipError(f"{self.map.name} has no step from there: the rule has no value there")
+            with np.errstate(invalid="ignore"):
+                x, by = at.wrapped(image), slopes[:, :n] @ by + np.pad(slopes[:, n:], ((0, 0), (n, 0)))
+        letters = tuple(
+            (name, word[k][i], word[(k + 1) % self.period][i])
+            for k in range(self.period)
+            for i, name in enumerate(self.pieces.names)
+        )
+        jacobian = by - np.eye(n, self.size)
+        passings = (), tuple(misses)
+        return Seen(at.difference(x - z[:n]), jacobian, by[:, :n], float(self.period), letters, lambda: passings)
+
+    def sides_of(self, seen: Seen) -> tuple[Sides, ...]:
+        """On which side of every border each point of a cycle is."""
+        sides, many = [miss.before for miss in seen.misses], len(self.pieces.borders)
+        return tuple(tuple(sides[k * many : (k + 1) * many]) for k in range(self.period))
 
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """The box of the map."""

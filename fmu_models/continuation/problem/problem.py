@@ -57,7 +57,8 @@ class Passing:
         value: speed at which the indicator falls (per s), or the least value of one that does not.
         gradient: (len(z),) derivative of that.
         turned: of a miss: an event of another contact turns what fell.
-        begins: of a miss: the force, or the acceleration, with which a state begins after an impact without rebound.
+        begins: of a miss: the force, or the acceleration, with which a state begins after an impact without rebound;
+            the acceleration of a slip that begins at an event, or the margin of what sticks after one.
     """
 
     contact: str
@@ -272,6 +273,11 @@ class Problem(ABC):
     def turns(self) -> int:
         """Periods of the forcing in one of the motion: from so many starts it is the same motion."""
         return 1
+
+    @property
+    def rounds(self) -> int:
+        """Periods of the forcing in one of the motion; of a cycle its turns, 2 where it came from one at a flip."""
+        return self.turns
 
     def part(self, z: Vector, seen: Seen) -> Vector:
         """z half a period later."""

@@ -236,8 +236,8 @@ def with_speed(problem: Problem, scales: Vector, guess: Vector, event: Passing, 
 
 
 def exchanged(touch: Touch) -> Node:
-    """The motion beyond a point where one event takes the place of another: that is of another word, and begins with no
-    event that is weak. Lost: none is near."""
+    """The motion beyond a point where one event takes the place of another: that is of another word, or has both at one
+    instant, and begins with no event that is weak. Lost: none is near."""
     node = touch.node
     straight = np.zeros_like(touch.u)
     straight[-1] = np.sign(node.tangent[-1])
@@ -250,7 +250,7 @@ def exchanged(touch: Touch) -> Node:
             continue
         outward = solution.tangent[-1] * node.tangent[-1] > 0.0
         solution = solution if outward else solution.turned()
-        if solution.word != node.word:
+        if solution.word != node.word or solution.seen.match(touch.miss) is None:
             return solution
     raise Lost("no motion of other events is near")
 

@@ -13,7 +13,9 @@ from math import log, log10
 import numpy as np
 
 from fmu_models.continuation.problem.node import Node
+from fmu_models.language.contact_kinds import STICK
 
+NEUTRAL = 1e-6  # so near to 1 is a multiplier along motions that stand beside one another
 HUGE = 1e3  # multiplier from which on something is said of it
 BACK, GROWN = 40, 1.5  # motions back to which it is compared, at most, and by how much it has grown since, at least
 ALIKE, LONGER = 0.3, 0.01  # how well a power law holds, in logarithms; how much longer a period has become that grows
@@ -33,6 +35,14 @@ def why_huge(nodes: Sequence[Node]) -> str:
             return sentence + cause
     folding = last.seen.length / log(size)
     return f"{sentence}motions beside it part e times in {folding:.3g} s, as those of stiff systems do"
+
+
+def sticking_along(node: Node) -> str:
+    """The contact whose stick lets motions stand beside one another: a multiplier is 1. "" if none does."""
+    own = node.problem.own(node.multipliers)
+    neutral = not node.problem.still and own.size and np.abs(own - 1.0).min() < NEUTRAL
+    held = (miss.contact for miss in node.seen.misses if miss.before == STICK)
+    return next(held, "") if neutral else ""
 
 
 def _largest(node: Node) -> float:

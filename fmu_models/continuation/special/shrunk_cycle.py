@@ -5,12 +5,15 @@ are exp(lambda t), of modulus 1 at the Hopf point: a simple root, where the cycl
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import newton
 
+from fmu_models.base.arrays import Complex
 from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.node import Lost, Node, parameter, solved
+from fmu_models.continuation.problem.problem import Vector
 from fmu_models.sections.strobe import strobe_of
 
 SMALL = 1e-2  # of the scales of the states: a cycle that is smaller is near its end
@@ -23,6 +26,22 @@ def amplitude(node: Node) -> float:
     n = len(node.problem.states)
     rates = node.seen.jacobian[-1, :n] / node.scales[:n]
     return float(np.abs(rates).max()) * node.seen.length / (2.0 * np.pi)
+
+
+def equilibrium_near(
+    cycle: FlowProblem, point: Vector, value: float, scales: Vector, seconds: float
+) -> tuple[Vector, Complex]:
+    """The equilibrium near a point, which is a fixed point over any time; its eigenvalues, 1/s. Lost: there is none.
+
+    Args:
+        scales: of the unknowns of the cycle.
+        seconds: over which it is looked at.
+    """
+    problem = replace(cycle, strobe=strobe_of(cycle.strobe, period=seconds), kept=cycle.kept)
+    scales = np.delete(scales, -2)
+    node = solved(problem, scales, np.append(point, value) / scales, parameter(value), reach=1.0)
+    eigenvalues: Any = np.log(node.multipliers) / seconds
+    return node.z[:-1], eigenvalues
 
 
 def hopf_of(node: Node) -> Node | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from typing import Any, ClassVar
 
@@ -15,15 +16,18 @@ from fmu_models.continuation.curves.curve import Curve
 from fmu_models.continuation.curves.trace import curve_of
 from fmu_models.continuation.normal_forms.set_valued import hull_crossings
 from fmu_models.continuation.problem.node import Lost, Node, _scaled, arclength, solved
-from fmu_models.continuation.problem.problem import TIE, Vector, Word
+from fmu_models.continuation.problem.problem import TIE, Problem, Vector, Word
 from fmu_models.continuation.special import kinds
+from fmu_models.continuation.special.border_collision import Collision
 from fmu_models.continuation.special.discontinuous import Touch, event_kind
 from fmu_models.continuation.special.lost_event import with_event
 from fmu_models.continuation.special.point import SpecialPoint
 from fmu_models.continuation.step.way import Found
+from fmu_models.language.contact_kinds import STICK
 
 # along the branch that crosses another one, in u: how far apart motions are compared to tell how the parameter changes
 ASIDE = (1e-3, 1e-4)
+MIRRORED = 1e-6  # in u: how nearly a motion is its own mirror image
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -34,9 +38,10 @@ class Special(SpecialPoint):
         kind: "fold", "flip", "Neimark-Sacker", "pitchfork", "branch point"; "flip of the parent", where a motion of
             twice the period ends; "Hopf", where a cycle does; "grazing, compliant", "grazing, rigid",
             "grazing-sliding corner", "sliding exchange", "touch", where the word changes; "detachment", where a contact
-            begins to leave its wall at once after an impact without rebound, or to stay at it; "tie", where two events
+            begins to leave its wall at once after an impact without rebound, or to stay at it; "crossing-sliding",
+            where a contact begins to stick as its slip turns round, or several do; "tie", where two events
             come at one instant; "jump", where no motion goes on; "grazing", where an indicator of an FMU of others
-            begins to reach zero.
+            begins to reach zero; "border collision", where a point of a cycle of a map comes to a border of the rule.
         period: s; points of the motion of a map.
         state: by name, at phase 0 of the forcing.
         words: of events before and after, along the branch; equal at smooth points.
@@ -50,7 +55,7 @@ class Special(SpecialPoint):
 
     RECORD: ClassVar = (
         *("kind", "criticality", "normal_form", "value", "value_with_event", "period", "state", "words"),
-        *("multipliers", "multipliers_with_event", "crossings", "contact", "slope"),
+        *("multipliers", "multipliers_with_event", "crossings", "contact", "slope", "cycles", "breaks_symmetry"),
     )
 
     period: float
@@ -60,7 +65,38 @@ class Special(SpecialPoint):
     value_with_event: float = np.nan
     slope: float = np.nan
     touch: Touch | None = field(default=None, repr=False)
+    collision: Collision | None = field(default=None, repr=False)
     follows: Callable[[Special, int], tuple[Any, ...]] = field(default=lambda special, points: (), repr=False)
+
+    @property
+    def criticality(self) -> str:
+        """As of ``SpecialPoint``; of a border collision "persistence", "nonsmooth fold" or "jump"."""
+        return self.collision.form if self.collision else super().criticality
+
+    @cached_property
+    def breaks_symmetry(self) -> bool:
+        """Whether it is a pitchfork of a motion that is its own mirror image half a period later: each state there is
+        the same or the opposite, about some middle. What leaves is not."""
+        if self.kind != kinds.PITCHFORK or self.node.problem.still:
+            return False
+        node, n, eighth = self.node, len(self.node.problem.states), self.node.seen.length / 8
+        later = (node.problem.later(node.z, node.seen, k * eighth)[1] for k in range(8))
+        points = np.array([z[:n] / node.scales[:n] for z in later])
+        opposite = np.ptp(points[:4] + points[4:], axis=0) < MIRRORED
+        same = np.abs(points[:4] - points[4:]).max(axis=0) < MIRRORED
+        return bool((opposite | same).all() and not same.all())
+
+    @property
+    def cycles(self) -> dict[str, dict[str, str]]:
+        """Of a border collision: words of the cycles "below" and "above" it, up to eight turns, and whether each is
+        "stable" or "unstable"; L and R where the border's function is below and above zero."""
+        found = self.collision.cycles if self.collision else ()
+        sides = {"below": False, "above": True}
+        return {
+            side: {cycle.word: "stable" if cycle.stable else "unstable" for cycle in found if cycle.above == above}
+            for side, above in sides.items()
+            if found
+        }
 
     def switch(self, points: int = 2000) -> tuple[Any, ...]:
         """The branches that leave here, each a ``Branch``, over the range of the one that it was met on.
@@ -90,7 +126,8 @@ class Special(SpecialPoint):
         Raises:
             StickslipError: a kind that has no curve, no such parameter, a range that does not hold its present value.
         """
-        miss = self.touch.miss if self.touch else None
+        met = self.touch or self.collision
+        miss = met.miss if met else None
         return curve_of(self.kind, self.node, miss, second, between, self.between, points)
 
     def at(self, turns: float) -> Vector:
@@ -114,7 +151,9 @@ def special_of(
     problem, kind = node.problem, finding.kind
     before, after = (side.word if side else node.word for side in (finding.before, finding.after))
     values: dict[str, Any] = {"value": node.value, "words": (before, after), "contact": finding.contact}
-    if touch is None:
+    if finding.collision is not None:
+        values |= _collided(problem, finding.collision)
+    elif touch is None:
         if kind == kinds.BRANCH_POINT:
             kind = kinds.PARENT_FLIP if node.repeats() else branch_kind(node)
     else:
@@ -126,7 +165,7 @@ def special_of(
         elif touch.miss.turned or touch.miss.slot == TIE:
             kind = kinds.EXCHANGE if touch.miss.turned else kinds.TIE
         else:
-            kind, details = (_detachment if touch.miss.begins else _discontinuous)(finding, touch)
+            kind, details = (_beginning if touch.miss.begins else _discontinuous)(finding, touch)
             values |= details
     return Special(
         kind=kind,
@@ -141,8 +180,22 @@ def special_of(
     )
 
 
-def _detachment(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
-    """What is said of both sides of a point where a contact begins to stay at its wall, or to leave it at once."""
+def _collided(problem: Problem, collision: Collision) -> dict[str, Any]:
+    """What is said of a border that a point of a cycle comes to."""
+    values: dict[str, Any] = {"value": float(collision.z[-1]), "collision": collision}
+    values["contact"] = collision.miss.contact
+    finite = [monodromy for monodromy in collision.monodromies if monodromy is not None]
+    if finite:
+        values["multipliers"] = problem.multipliers(finite[0])
+    if len(finite) > 1:
+        values["multipliers_with_event"] = problem.multipliers(finite[1])
+        values["crossings"] = hull_crossings(problem, *finite)
+    return values
+
+
+def _beginning(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
+    """What is said of both sides of a point where a contact begins to stay at its wall, or to leave it at once, or to
+    stick where its slip turns round."""
     node = touch.node
     sides = sorted([member for member in (touch, finding.other) if member], key=lambda member: len(member.node.word))
     matrices = [side.node.seen.monodromy if side.monodromy is None else side.monodromy for side in sides]
@@ -151,7 +204,11 @@ def _detachment(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:
     if len(sides) > 1:
         details |= {"multipliers_with_event": multipliers[1], "value_with_event": float(sides[1].z[-1])}
         details["crossings"] = hull_crossings(node.problem, *matrices)
-    return kinds.DETACHMENT, details
+    if touch.miss.slot == 0:
+        return kinds.DETACHMENT, details
+    same = (event for event in node.seen.events if event.contact == touch.miss.contact)
+    turns = any(event.before != STICK for event in same if event.time == touch.miss.time)
+    return kinds.CROSSING_SLIDING if turns else kinds.EXCHANGE, details
 
 
 def _discontinuous(finding: Found, touch: Touch) -> tuple[str, dict[str, Any]]:

@@ -20,8 +20,9 @@ from fmu_models.continuation.problem.node import SAME, Lost, Node, look, paramet
 from fmu_models.continuation.special import smooth
 from fmu_models.continuation.special.detachment import from_other_side
 from fmu_models.continuation.special.discontinuous import Touch
-from fmu_models.continuation.special.growing_multiplier import why_huge
-from fmu_models.continuation.special.kinds import BRANCH_POINT, HOPF, JUMP
+from fmu_models.continuation.special.growing_multiplier import sticking_along, why_huge
+from fmu_models.continuation.special.homoclinic_end import homoclinic_end
+from fmu_models.continuation.special.kinds import BRANCH_POINT, HOMOCLINIC, HOPF, JUMP
 from fmu_models.continuation.special.several import is_part
 from fmu_models.continuation.special.shrunk_cycle import amplitude, hopf_of
 from fmu_models.continuation.step.same_motion import CLOSED, begun_at, between, images
@@ -117,7 +118,7 @@ class Follower:
             if len(self.way.nodes) >= self.points:
                 self.way.end = "points", f"{self.points} motions were followed; ask for more{why_huge(self.way.nodes)}"
                 return
-            after = self._stepped(node, step)
+            after = self._stepped(node, step) if grows or step >= SHORTEST else self._cramped(node)
             if isinstance(after, Ahead):
                 crossed = self._across(node, after)
                 if crossed is None:
@@ -136,9 +137,6 @@ class Follower:
             grows = grows and step < FIRST
             step = min(step, LONGEST)
             node = self.way.nodes[-1] = self._placed(node)
-            if not grows and step < SHORTEST:
-                self._stuck(node, {"steps": "they become too short"})
-                return
 
     def _add(self, node: Node) -> None:
         self.way.add(node)
@@ -181,15 +179,34 @@ class Follower:
             self._stuck(node, reasons)
         return None
 
+    def _cramped(self, node: Node) -> Ahead | None:
+        """The change of the word towards which steps become too short, if it is seen."""
+        reasons = {"steps": "they become too short"}
+        ahead = self._change(node, SHORT, reasons)
+        if ahead is None:
+            self._stuck(node, reasons)
+        return ahead
+
     def _stuck(self, node: Node, reasons: dict[str, str]) -> None:
         at = f"{node.problem.over} = {node.value:.9g}"
         chattering = [contact for contact, _, after in node.word if after == CHATTERING]
-        refused = self._refused(node)
+        homoclinic = homoclinic_end(self.way.nodes)
+        refused, sticks = self._refused(node), sticking_along(node)
         if refused:
             self.way.end = ("bounds", f"beyond {at} there is no such model: {refused}")
+        elif homoclinic is not None:
+            z = np.append(node.z[:-1], homoclinic.value)
+            self.way.meet(Found(HOMOCLINIC, replace(node, z=z)))
+            place = zip(node.problem.states, homoclinic.point.tolist(), strict=True)
+            saddle = ", ".join(f"{name} = {value:.6g}" for name, value in place)
+            why = f"the period is without end at {node.problem.over} = {homoclinic.value:.12g}"
+            self.way.end = "homoclinic", f"{why}: the cycle comes to the saddle {saddle}, and stays ever longer near it"
         elif chattering:
             rest = f"'{chattering[0]}' comes to rest after infinitely many impacts"
             self.way.end = "chatter", f"no motion in which {rest} follows at {at}"
+        elif sticks:
+            why = "motions beside it are as good, none stands alone, and a multiplier is 1"
+            self.way.end = "set", f"'{sticks}' sticks wherever it is at {at}: {why}"
         else:
             explanation = "; ".join(f"{name}: {why}" for name, why in list(reasons.items())[:3])
             explanation = f"it{f' ({explanation})' if explanation else ''}{why_huge(self.way.nodes)}"

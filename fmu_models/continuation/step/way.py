@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from fmu_models.continuation.problem.node import Node
 from fmu_models.continuation.special import smooth
+from fmu_models.continuation.special.border_collision import Collision
 from fmu_models.continuation.special.discontinuous import Touch
 from fmu_models.continuation.special.kinds import BRANCH_POINT
 
@@ -12,7 +13,8 @@ from fmu_models.continuation.special.kinds import BRANCH_POINT
 @dataclass(frozen=True, eq=False)
 class Found:
     """Something special on the way: its kind, the motion there, and, where the word changes, the point, the motions on
-    both sides, and the point as it was found from the other one, if it was; of an FMU of others the contact alone."""
+    both sides, and the point as it was found from the other one, if it was; of an FMU of others the contact alone; of a
+    map its collision with a border."""
 
     kind: str
     node: Node
@@ -21,6 +23,7 @@ class Found:
     after: Node | None = None
     other: Touch | None = None
     contact: str = ""
+    collision: Collision | None = None
 
 
 @dataclass(eq=False)
@@ -47,7 +50,9 @@ class Way:
 
     def add(self, node: Node) -> None:
         """A motion, and what lies between it and the one before."""
-        if self.nodes and self.nodes[-1].word == node.word and self.nodes[-1].problem is node.problem:
+        changed = bool(self.findings) and self.findings[-1][0] == len(self.nodes)
+        smooth_piece = bool(self.nodes) and not changed and self.nodes[-1].word == node.word
+        if smooth_piece and self.nodes[-1].problem is node.problem:
             for kind, special in smooth.between(self.nodes[-1], node):
                 self.meet(Found(kind, special))
                 if kind == BRANCH_POINT and special.repeats():

@@ -12,7 +12,7 @@ from fmu_models.continuation.special.detachment import from_vanishing
 from fmu_models.continuation.special.discontinuous import Touch, exchanged, from_miss, other_word
 from fmu_models.continuation.special.lost_event import from_event
 from fmu_models.continuation.special.several import at_once, with_all
-from fmu_models.language.contact_kinds import AWAY, STICK
+from fmu_models.language.contact_kinds import AWAY, RELEASED, STICK
 
 AHEAD = 6.0  # how many steps ahead an event may be lost or come
 
@@ -33,7 +33,9 @@ LOCATED = {"miss": from_miss, "event": from_event, "begin": from_vanishing, "tie
 def next_change(node: Node, step: float, between: Sequence[float], reasons: dict[str, str]) -> Ahead | None:
     """The next change of the word, if it is seen to come within some steps and in the range of the parameter; why not
     goes to ``reasons``."""
-    for _, kind, passing in sorted(_coming(node, step), key=lambda coming: coming[0]):
+    # where a wall begins to hold, or to be left, other events of it come as near as that
+    order = sorted(_coming(node, step), key=lambda coming: (coming[1] != "begin" or coming[2].slot, coming[0]))
+    for _, kind, passing in order:
         name = f"{kind} of {passing.contact} at {passing.time:.6g} s"
         if name in reasons:
             continue
@@ -56,9 +58,9 @@ def _coming(node: Node, step: float) -> list[tuple[float, str, Passing]]:
         if rate < 0.0 and -miss.value / rate < AHEAD * step:
             kind = "begin" if miss.begins else "tie" if miss.slot == TIE else "miss"
             coming.append((-miss.value / rate, kind, miss))
-    begun = [miss.time for _, kind, miss in coming if kind == "begin"]
+    begun = [miss.time for _, kind, miss in coming if kind == "begin" and miss.slot == 0]
     for event in node.seen.events:
-        begins = event.before == AWAY or event.after == STICK or event.before * event.after == -1
+        begins = event.before in (AWAY, STICK) or event.after in (STICK, RELEASED) or event.before * event.after == -1
         if begins and event.time not in begun and np.isfinite(event.gradient).all():
             rate = node.along(event.gradient)
             if rate < 0.0 and -event.value / rate < 2.0 * AHEAD * step:

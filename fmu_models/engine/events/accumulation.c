@@ -6,6 +6,8 @@
  *                    is put to rest where they accumulate, on the bounds and without slip of the contacts whose slip
  *                    came to zero again and again. What it touches there decides whether it stays; if not, an error
  *                    says where. Impacts have their own end (chatter.c).
+ *                    of switches, one of which knows of its own sign only in the second derivative: there it and its
+ *                    rate are zero, and all that switched slide from then on, if they can hold it (second-order sliding)
  *     pauses like 1/n:  an error, as soon as so many events are to be expected that they would take hours
  */
 #include "accumulation.h"
@@ -125,6 +127,19 @@ void accumulation_place(Run *r)
     contact_project(&r->at, &r->scratch, held, NULL);
     drop_rounding(r, before, r->at.x, MODEL_NQ, MODEL_NQ + MODEL_NV);
     run_touched(r);
+}
+
+int accumulation_rest(Run *r)
+{
+    enum { STALLED = 16 };
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        any |= contact_may_rest(c) && r->stalls[c][SLOT_TANGENTIAL];
+    if (!any || r->stalled != STALLED) return 0;
+    placement_note_slips(r);
+    for (int c = 0; c < MODEL_NC; c++)
+        if (model_contact_sticks[c] && r->stalls[c][SLOT_TANGENTIAL]) r->at.state[c] = CONTACT_STICK;
+    return 1;
 }
 
 RunStatus accumulation_check(Run *r, int last, int bounds)

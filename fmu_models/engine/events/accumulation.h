@@ -9,6 +9,8 @@ int accumulation_note(Run *r);
 int accumulation_ends(const Run *r);
 /* put the body to rest where its crossings of bounds accumulate; contact states are to be chosen again */
 void accumulation_place(Run *r);
+/* the same of switches: those that crossed are to slide, where one may rest; 0 if there is none, or not yet */
+int accumulation_rest(Run *r);
 /* whether events speed up without end; asked once per event of contact c that is no impact */
 RunStatus accumulation_check_pace(Run *r, int c);
 /* whether time still moves; asked once per instant with events. last: a contact that changed; bounds: as noted */

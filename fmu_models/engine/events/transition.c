@@ -382,10 +382,9 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
     memcpy(before, r->at.state, sizeof before);
     const int bounds = accumulation_note(r);
     if (transition_make(r, &moved) == RUN_ERROR) return RUN_ERROR;
-    if (bounds && accumulation_ends(r)) {
-        accumulation_place(r);
-        if (transition_reconsider(r, &moved) == RUN_ERROR) return RUN_ERROR;
-    }
+    const int ends = bounds && accumulation_ends(r);
+    if (ends) accumulation_place(r);
+    if ((ends || accumulation_rest(r)) && transition_reconsider(r, &moved) == RUN_ERROR) return RUN_ERROR;
     double work = r->impact_work;
     for (int c = 0; c < MODEL_NC; c++) {
         last = r->falling[c][SLOT_NORMAL] || r->falling[c][SLOT_TANGENTIAL] ? c : last;
@@ -399,7 +398,8 @@ RunStatus transition_resolve(Run *r, EventSink sink, void *context)
         ContactEvent event;
         if (!told(r, c, before[c], &work, &event)) continue;
         r->events++;
-        if (!model_contact_impulsive[c] && !contact_may_rest(c) && accumulation_check_pace(r, c) == RUN_ERROR)
+        if (!model_contact_impulsive[c] && !(contact_may_rest(c) && event.reset)
+            && accumulation_check_pace(r, c) == RUN_ERROR)
             return RUN_ERROR;
         if (sink) sink(context, &event);
     }

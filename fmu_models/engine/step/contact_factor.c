@@ -72,7 +72,7 @@ static void KIND(solve_definite)(Real A[NC][NC], int n, Real B[NC][NC], int colu
     KIND(factor_substitute)(A, n, B, columns);
 }
 
-/* P = S where that is symmetric; with drag it is not, and P = S S^T */
+/* P = S where that is symmetric; with drag, and of switches, it is not, and P = S S^T */
 static void KIND(make_symmetric)(Real S[NC][NC], int n, int symmetric, Real P[NC][NC])
 {
     for (int i = 0; i < n; i++) {
@@ -202,6 +202,7 @@ static void KIND(factor_group)(const Jets *j, Sticking *s, int first, int last)
     Real S[NC][NC];
     Real D[NC];
     Real columns[NC][NC];
+    const double ROUNDING = 1e-12; /* of levers and masses; switches share no such symmetry */
     int symmetric = 1;
     for (int i = 0; i < n; i++) {
         symmetric &= s->drag[first + i] == 0.0;
@@ -213,6 +214,9 @@ static void KIND(factor_group)(const Jets *j, Sticking *s, int first, int last)
     KIND(scale_effects)(j, s, first, n, D, S);
     if (!KIND(solve_regular)(S, n, D, columns)) {
         KIND(scale_effects)(j, s, first, n, D, S);
+        for (int i = 0; i < n; i++)
+            for (int k = 0; k < i; k++)
+                symmetric &= fabs(PART(S[i][k] - S[k][i])) <= ROUNDING * (PART(S[i][i]) + PART(S[k][k]));
         KIND(solve_least_norm)(S, n, symmetric, D, columns);
     }
     for (int i = 0; i < n; i++)

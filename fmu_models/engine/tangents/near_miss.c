@@ -2,9 +2,11 @@
  * Where a pending indicator comes nearest to zero without an event: the minima of its series on a step.
  *
  *     its slope at MISS_SAMPLES + 1 places: from below zero to above  -> bracket, halved to rounding
+ *     between them where the slope is extreme, too
  *     there the indicator's slope vanishes, so that its derivative at a fixed time is that of the minimum
  *     an event of another contact may turn it too: then the time of that event moves the minimum along
  *     after an impact without rebound the force that holds the contact, or the acceleration at which it leaves its wall
+ *     after a slip that has begun at an event the acceleration, in stick the margins: none where one becomes the other
  */
 #include "near_miss.h"
 
@@ -20,6 +22,19 @@ static double bracketed_minimum(const IndicatorSeries *f, double sign, double lo
         const double middle = 0.5 * (low + high);
         if (middle <= low || middle >= high) break;
         *(sign * indicator_slope(f->value, f->order, middle) < 0.0 ? &low : &high) = middle;
+    }
+    return high;
+}
+
+/* where the slope is extreme between two places, if it rises at one of them and falls at the other; else the second */
+static double extreme_slope(const IndicatorSeries *f, double low, double high)
+{
+    const double end = high, bend = indicator_bend(f->value, f->order, low);
+    if (!(bend * indicator_bend(f->value, f->order, high) < 0.0)) return end;
+    for (int i = 0; i < MISS_BISECTIONS; i++) {
+        const double middle = 0.5 * (low + high);
+        if (middle <= low || middle >= high) break;
+        *(bend * indicator_bend(f->value, f->order, middle) > 0.0 ? &low : &high) = middle;
     }
     return high;
 }
@@ -50,15 +65,21 @@ static void search_misses(const Run *r, Tangents *tangents, int c, int slot, int
     NearMiss miss = {.contact = c, .slot = slot, .side = side, .state = r->at.state[c]};
     indicator_series(r, variation_of(tangents, 0), 0, c, slot, side, &f);
     double low = 0.0;
-    /* what has just fallen, or begun at zero, has a slope there that is rounding */
-    double slope = r->at.known[c][slot] ? 0.0 : sign * indicator_slope(f.value, f.order, 0.0);
+    /* coefficients of what has just fallen, or begun at zero, are rounding where they are known to be zero */
+    const int zeros = r->at.known[c][slot] * (r->segment_rooted ? 2 : 1);
+    for (int k = 0; k < zeros && k <= f.order; k++)
+        f.value[k] = 0.0;
+    double slope = zeros ? 0.0 : sign * indicator_slope(f.value, f.order, 0.0);
     for (int i = 1; i <= MISS_SAMPLES; i++) {
-        const double high = end * i / MISS_SAMPLES;
-        const double next = sign * indicator_slope(f.value, f.order, high);
-        if (slope < 0.0 && next >= 0.0)
-            keep_miss(r, tangents, c, slot, side, sign, bracketed_minimum(&f, sign, low, high), &miss, misses);
-        low = high;
-        slope = next;
+        const double sample = end * i / MISS_SAMPLES;
+        while (low < sample) {
+            const double high = extreme_slope(&f, low, sample);
+            const double next = sign * indicator_slope(f.value, f.order, high);
+            if (slope < 0.0 && next >= 0.0)
+                keep_miss(r, tangents, c, slot, side, sign, bracketed_minimum(&f, sign, low, high), &miss, misses);
+            low = high;
+            slope = next;
+        }
     }
 }
 
@@ -94,14 +115,17 @@ static void keep_falling(const Run *r, Tangents *tangents, int c, int slot, int 
     misses->pending++;
 }
 
-/* whether what fell before the event does not after it */
+/* whether what fell before the event does not after it, or not from where it was: a force has jumped */
 static int turned(const Run *r, Tangents *tangents, const NearMiss *miss)
 {
     IndicatorSeries f;
-    if (r->at.state[miss->contact] != miss->state || r->segment_rooted) return 0;
+    if (r->segment_rooted) return 0;
+    if (r->at.state[miss->contact] != miss->state) return miss->state == CONTACT_STICK;
     const double sign = miss->side != 0 ? 1.0 : (double)location_indicator(r, miss->contact, (Slot)miss->slot);
     indicator_series(r, variation_of(tangents, 0), 0, miss->contact, miss->slot, miss->side, &f);
-    return sign * slope_in_time(r, &f, 0.0) > 1e-9 * miss->slope;
+    const double rise = sign * f.value[0] - miss->value;
+    return sign * slope_in_time(r, &f, 0.0) > 1e-9 * miss->slope
+           || rise > 1e-6 * (fabs(f.value[0]) + fabs(miss->value));
 }
 
 /* what the event has turned; the rest is forgotten */
@@ -122,27 +146,43 @@ static void settle_pending(const Run *r, Tangents *tangents, NearMisses *misses)
     misses->pending = 0;
 }
 
+/* the coefficient of an indicator after an event, so many times */
+static void keep_beginning(const Run *r, Tangents *tangents, int c, Slot slot, int side, int order, double times,
+                           NearMisses *misses)
+{
+    const int n = tangents->count;
+    const int64_t row = misses->count++;
+    if (row >= misses->capacity) return;
+    misses->list[row] = (NearMiss){
+        .time = r->segment_start, .contact = c, .slot = slot, .side = side, .state = r->at.state[c], .begins = 1};
+    for (int k = 0; k < n; k++) {
+        IndicatorSeries f;
+        indicator_series(r, variation_of(tangents, k), k % PAIR, c, slot, side, &f);
+        misses->derivatives[row * n + k] = times * f.derivative[order];
+        misses->list[row].value = times * f.value[order];
+    }
+}
+
 /*
  * What an impact without rebound leaves behind is decided by the force with which the contact would be held: it stays
- * while that pushes, and leaves its wall otherwise, at an acceleration that is none where the force is none.
+ * while that pushes, and leaves its wall otherwise, at an acceleration that is none where the force is none. So does
+ * what sticks after an event slip beyond, where its margin is none, at an acceleration that is none.
  */
 static void note_beginnings(const Run *r, Tangents *tangents, NearMisses *misses)
 {
-    const int n = tangents->count;
-    for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
+    for (int c = 0; c < MODEL_NC; c++) {
         const int state = r->at.state[c];
-        const int leaves = state == CONTACT_AWAY && r->at.known[c][SLOT_NORMAL] == 2;
-        if (!model_contact_impulsive[c] || !r->struck[c] || !(leaves || state == CONTACT_TOUCHING)) continue;
-        const int order = leaves ? 2 : 0;
-        const double sign = location_indicator(r, c, SLOT_NORMAL) * (leaves ? 2.0 : 1.0);
-        const int64_t row = misses->count++;
-        if (row >= misses->capacity) continue;
-        misses->list[row] = (NearMiss){.time = r->segment_start, .contact = c, .state = state, .begins = 1};
-        for (int k = 0; k < n; k++) {
-            IndicatorSeries f;
-            indicator_series(r, variation_of(tangents, k), k % PAIR, c, SLOT_NORMAL, 0, &f);
-            misses->derivatives[row * n + k] = sign * f.derivative[order];
-            misses->list[row].value = sign * f.value[order];
+        const int slips = state == CONTACT_SLIP_MINUS || state == CONTACT_SLIP_PLUS;
+        if (model_contact_impulsive[c]) {
+            const int leaves = state == CONTACT_AWAY && r->at.known[c][SLOT_NORMAL] == 2;
+            const double times = location_indicator(r, c, SLOT_NORMAL) * (leaves ? 2.0 : 1.0);
+            if (!r->struck[c] || !(leaves || state == CONTACT_TOUCHING)) continue;
+            keep_beginning(r, tangents, c, SLOT_NORMAL, 0, leaves ? 2 : 0, times, misses);
+        } else if (model_contact_tangential[c] && state == CONTACT_STICK) {
+            keep_beginning(r, tangents, c, SLOT_TANGENTIAL, 1, 0, 1.0, misses);
+            keep_beginning(r, tangents, c, SLOT_TANGENTIAL, -1, 0, 1.0, misses);
+        } else if (model_contact_tangential[c] && slips && r->at.known[c][SLOT_TANGENTIAL] == 1) {
+            keep_beginning(r, tangents, c, SLOT_TANGENTIAL, 0, 1, location_indicator(r, c, SLOT_TANGENTIAL), misses);
         }
     }
 }

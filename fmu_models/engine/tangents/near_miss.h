@@ -13,7 +13,7 @@ typedef struct {
     int32_t slot;
     int32_t side;   /* of the margin of what sticks; else 0 */
     int32_t state;  /* of the contact */
-    int32_t begins; /* an impact has just begun the state */
+    int32_t begins; /* an impact, or a slip that turned, has just begun the state */
 } NearMiss;
 
 /* room for them, and how many there were */

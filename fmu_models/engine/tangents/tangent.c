@@ -310,7 +310,7 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
         run_move_inside(r, end, length);
         run_touched(r);
     } else {
-        if (r->segment_length > 0.0) r->stalled = 0;
+        if (run_segment_end(r, &rest) > r->at.time) r->stalled = 0;
         run_finish_segment(r);
         memset(r->at.known, 0, sizeof r->at.known);
         if (!at_event && run_keep_without_slip(r) == RUN_ERROR) return RUN_ERROR;

@@ -140,8 +140,9 @@ def needs_fields_alone(contact: ContactDynamics, method: str) -> None:
     Raises:
         NotTreated: it is such a contact.
     """
-    if contact.reset or contact.remembers:
-        reason = "states jump" if contact.reset else "the force knows the speed of entry"
+    rests = bool(contact.reset_sides & 8)
+    if contact.reset or contact.remembers or rests:
+        reason = "states jump" if contact.reset else "it may rest" if rests else "the force knows the speed of entry"
         raise NotTreated(f"'{contact.name}': {reason}, which {method}. Use event-driven Taylor.")
 
 

@@ -8,7 +8,7 @@
                  change by with the phase grows without bound: strange, but no chaos. Where that is bounded: torus
     cycle        of what nothing forces, seen at times of no meaning to it: all exponents but that along the motion are
                  negative; a torus of it has one dimension more, or it is one of the cycles about a centre
-    not decided  otherwise: strange sets without chaos, the accumulation of flips, slow transients
+    not decided  otherwise: the accumulation of flips, slow transients
 
 An exponent that is not larger than its error is computed again from longer runs. The weights exp(-1/(t (1 - t))) make
 means of a quasi-periodic motion converge faster than any power of its length.

@@ -4,17 +4,17 @@ import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.clouds import ChaoticTransient
-from fmu_models.analyses.declaration import STATES, Analysis, Option
+from fmu_models.analyses.declaration import STATES, WATCHED, Analysis
 from fmu_models.analyses.labels import COARSE, Attractor, Labeller, watched
 from fmu_models.analyses.uncertainty import uncertainty_exponent
-from fmu_models.analyses.unforced import LONGEST, MOST, mirror_images
+from fmu_models.analyses.unforced import LONGEST, MOST, Most, mirror_images
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
@@ -178,7 +178,7 @@ def basins(
     system: Subject,
     *,
     start: Mapping[str, float] | None = None,
-    most: Annotated[int, Option("Steps after which a motion is taken to stay as it is.", minimum=1)] = MOST,
+    most: Most = MOST,
     longest: int = LONGEST,
     execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
@@ -246,5 +246,5 @@ ANALYSIS = Analysis(
     example="discontinuous_support --forcing omega --set omega=1.1 --over x=-8:8:101 --over v=-8:8:101",
     label="mapping",
     axes=STATES,
-    without=("autonomous", "level", "down", "impacts"),
+    without=WATCHED,
 )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from fmu_models.analyses.declaration import RANGE, Analysis, Option, Range
+from fmu_models.analyses.declaration import CROSSED, RANGE, Analysis, Option, Range
 from fmu_models.analyses.unforced import at_its_cycle
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.formula import Formula
@@ -171,6 +171,6 @@ ANALYSIS = Analysis(
     example="discontinuous_support --forcing omega --set omega=0.8 --over omega=0.8:1.4 --figure b.png",
     label="following",
     axes=RANGE,
-    without=("level", "down", "impacts", "workers", "scheduler"),
+    without=(*CROSSED, "workers", "scheduler"),
     page=False,
 )

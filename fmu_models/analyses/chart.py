@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.declaration import PARAMETERS, Analysis, Option
+from fmu_models.analyses.declaration import CROSSED, PARAMETERS, Analysis, Option
 from fmu_models.base.arrays import Flags, Integers, Varied, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
@@ -294,5 +294,5 @@ ANALYSIS = Analysis(
     example="disc_rig --period 1 --autonomous --what stick --over w0=0.2:1.8:41 --over w1=-0.6:1:41",
     label="charting",
     axes=PARAMETERS,
-    without=("level", "down", "impacts"),
+    without=CROSSED,
 )

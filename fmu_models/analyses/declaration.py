@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # what the axes of an analysis may be
 VALUES, RANGE, PARAMETERS, STATE, STATES = "values", "range", "parameters", "one state", "states"
+CROSSED = ("level", "down", "impacts")  # options of sections that a motion crosses
+WATCHED = ("autonomous", *CROSSED)  # and that nothing forces the motion, which `labels.watched` sees by itself
 SECTION, OSCILLATOR, EITHER = "section", "oscillator", "either"  # what an analysis may be of
 
 Range = tuple[str, float, float]  # a parameter, its least and its largest value

@@ -20,9 +20,9 @@ import numpy as np
 import scipy.linalg
 
 from fmu_models.analyses.attractors import UNDECIDED
-from fmu_models.analyses.declaration import NO_NUMBERS, Analysis, Numbers, Option
+from fmu_models.analyses.declaration import NO_NUMBERS, WATCHED, Analysis, Numbers, Option
 from fmu_models.analyses.labels import FAILED, Labeller, watched
-from fmu_models.analyses.unforced import LONGEST, MOST, SPAN, Equilibrium, LimitCycle, rates, section_through
+from fmu_models.analyses.unforced import LONGEST, MOST, SPAN, Equilibrium, LimitCycle, Most, rates, section_through
 from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
@@ -138,7 +138,7 @@ def edge_state(
     *,
     other: Annotated[Numbers, Option("Start on the other side of the border.")] = NO_NUMBERS,
     labels: Annotated[int, Option("Starts to label, at most.", minimum=2)] = LABELS,
-    most: Annotated[int, Option("Steps after which a motion is taken to stay as it is.", minimum=1)] = MOST,
+    most: Most = MOST,
     longest: int = LONGEST,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> EdgeState:
@@ -365,6 +365,6 @@ ANALYSIS = Analysis(
     ),
     example="discontinuous_support --forcing omega --set ks=10 --set omega=1.18 --other v=6.5 --figure edge.png",
     label="following the border",
-    without=("autonomous", "level", "down", "impacts"),
+    without=WATCHED,
     page=False,
 )

@@ -19,7 +19,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fmu_models.analyses.declaration import STATE, Analysis
+from fmu_models.analyses.declaration import CROSSED, STATE, Analysis
 from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
@@ -127,7 +127,7 @@ ANALYSIS = Analysis(
     "--over x=1.2:2.3:221 --figure map.png",
     label="reduced map",
     axes=STATE,
-    without=("level", "down", "impacts"),
+    without=CROSSED,
     page=False,
 )
 

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.bifurcation import find_bifurcations
 from fmu_models.analyses.clouds import HELD, Cloud
-from fmu_models.analyses.declaration import NO_BOX, VALUES, Analysis, Box, Option
+from fmu_models.analyses.declaration import NO_BOX, VALUES, WATCHED, Analysis, Box, Option
 from fmu_models.analyses.labels import UNLABELLED, Attractor, Labeller, watched
-from fmu_models.analyses.unforced import LONGEST, MOST, LimitCycle
+from fmu_models.analyses.unforced import LONGEST, MOST, LimitCycle, Most
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
@@ -185,7 +185,7 @@ def basin_shares(
     start: Mapping[str, float] | None = None,
     starts: Annotated[int, Option("Starts at each value.", minimum=1)] = 100,
     seed: Annotated[int, Option("Of the starts at random.", minimum=0)] = 0,
-    most: Annotated[int, Option("Steps after which a motion is taken to stay as it is.", minimum=1)] = MOST,
+    most: Most = MOST,
     longest: int = LONGEST,
     execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
@@ -422,6 +422,6 @@ ANALYSIS = Analysis(
     example="discontinuous_support --forcing omega --set ks=10 --over omega=1:1.3:31 --box x=-8:8 --box v=-8:8",
     label="shares",
     axes=VALUES,
-    without=("autonomous", "level", "down", "impacts"),
+    without=WATCHED,
     page=False,
 )

@@ -15,10 +15,10 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from fmu_models.analyses.declaration import NO_NUMBERS, Analysis, Numbers, Option
+from fmu_models.analyses.declaration import NO_NUMBERS, WATCHED, Analysis, Numbers, Option
 from fmu_models.analyses.edge import Border, Edge
 from fmu_models.analyses.labels import FAILED, INFINITE, Labeller, watched
-from fmu_models.analyses.unforced import LONGEST, MOST
+from fmu_models.analyses.unforced import LONGEST, MOST, Most
 from fmu_models.base.arrays import Flags, Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
@@ -97,7 +97,7 @@ def least_shock(
         Numbers, Option("Weight of a state that is struck, in the norm.", default="all states, by their nominal values")
     ] = NO_NUMBERS,
     labels: Annotated[int, Option("Starts to label, at most.", minimum=2)] = LABELS,
-    most: Annotated[int, Option("Steps after which a motion is taken to stay as it is.", minimum=1)] = MOST,
+    most: Most = MOST,
     longest: int = LONGEST,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> LeastShock:
@@ -334,6 +334,6 @@ ANALYSIS = Analysis(
     results="`size`, `<state>` by which each jumps, `upper_bound` (1 where it is no more), `clear` and `labels`",
     example="bouncing_ball --forcing omega --weights v=1",
     label="shocks",
-    without=("autonomous", "level", "down", "impacts"),
+    without=WATCHED,
     page=False,
 )

@@ -18,7 +18,7 @@ from scipy.signal import welch
 from scipy.stats import chi2
 
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.declaration import Analysis, Option
+from fmu_models.analyses.declaration import WATCHED, Analysis, Option
 from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
@@ -222,7 +222,7 @@ ANALYSIS = Analysis(
     results="`line0`, `line1` and so on, of the first state, `mean_square`, `period`",
     example="hinge_clearance --forcing f --set f=0.408 --figure lines.png",
     label="settling",
-    without=("every", "autonomous", "level", "down", "impacts", "stepper"),
+    without=("every", *WATCHED, "stepper"),
     page=False,
     forced=True,
     of_run=lambda count: {"transient": count},

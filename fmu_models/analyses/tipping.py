@@ -21,10 +21,10 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from fmu_models.analyses.attractors import UNDECIDED
-from fmu_models.analyses.declaration import NO_RAMP, Analysis, Box, Option
+from fmu_models.analyses.declaration import NO_RAMP, WATCHED, Analysis, Box, Option
 from fmu_models.analyses.edge import LABELS, NOWHERE, Border
 from fmu_models.analyses.labels import FAILED, INFINITE, Attractor, Labeller, watched
-from fmu_models.analyses.unforced import LONGEST, MOST, SAME, LimitCycle
+from fmu_models.analyses.unforced import LONGEST, MOST, SAME, LimitCycle, Most
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
@@ -110,7 +110,7 @@ def tipping_rates(
     slowest: Annotated[float, Option("Least rate; 0: over 1000 times in which the motion changes.")] = 0.0,
     fastest: Annotated[float, Option("Largest rate; 0: over 1/100 of that time.")] = 0.0,
     rates: Annotated[int, Option("How many rates are tried.", minimum=2)] = 26,
-    most: Annotated[int, Option("Steps after which a motion is taken to stay as it is.", minimum=1)] = MOST,
+    most: Most = MOST,
     longest: int = LONGEST,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> TippingRates:
@@ -246,6 +246,6 @@ ANALYSIS = Analysis(
     results="`tips`, how many there are, and `rate_1` and so on, where they are",
     example="block_on_belt --ramp v_belt=0.3:0.8 --figure tipping.png",
     label="moving",
-    without=("autonomous", "level", "down", "impacts"),
+    without=WATCHED,
     page=False,
 )

@@ -15,11 +15,12 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from fmu_models.analyses.attractors import UNDECIDED, claimed, targets_of
+from fmu_models.analyses.declaration import Option
 from fmu_models.base.arrays import Complex, Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.families.execution import Execution, Runner
@@ -35,6 +36,7 @@ from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.rows import RunRows
 
 MOST, LONGEST, SETTLED = 3000, 64, 1e-10  # steps of a transient, period looked for, relative distance of equal points
+Most = Annotated[int, Option("Steps after which a motion is taken to stay as it is.", minimum=1)]
 # steps of the strobe over which a cycle is sampled, how finely, how often four times as many are tried until it comes
 # back: relaxation cycles creep most of their time
 SPAN, SAMPLES, LONGER = 1024, 4097, 5

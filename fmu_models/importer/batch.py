@@ -1,6 +1,6 @@
 """Many runs by the master that differ in their values alone."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,14 +16,15 @@ from fmu_models.simulation.run import bounds_of
 class Batch:
     """Runs over the same times with the same inputs, as `Driver.batch` prepares them.
 
-    times: (n,) s; names: of the values that a run begins with; recorded: of those it tells, of which the first
-    ``states`` are states; prepared: the request; call: makes the run of it; reason: of one that ended early.
+    times: (n,) s; begun: what `begun` says of the values that differ, names; recorded: of those a run tells, of which
+    the first ``states`` are states; prepared: the request; call: makes the run of it; reason: of one that ended early.
     """
 
     def __init__(
         self,
         fmu: Fmu,
         names: tuple[str, ...],
+        begun: Mapping[str, float],
         times: NDArray[np.float64],
         recorded: tuple[str, ...],
         states: int,
@@ -34,7 +35,8 @@ class Batch:
         self.times, self.names, self.recorded = times, names, recorded
         self._fmu, self._states = fmu, states
         self._prepared, self._call, self._reason = prepared, call, reason
-        self._low, self._high = np.array([bounds_of(fmu.variables[owner(name, fmu.variables)]) for name in names]).T
+        self._low, self._high = _bounds(fmu, names)
+        self._row, self._columns = np.array([*begun.values()]), [[*begun].index(name) for name in names]
 
     def runs(
         self, rows: NDArray[np.float64], progress: Callable[[float], None] | None = None
@@ -46,10 +48,12 @@ class Batch:
         """
         if not ((rows >= self._low) & (rows <= self._high)).all():
             self._refuse(rows)
-        rows, c, n, k = np.ascontiguousarray(rows), self._prepared.c, self._states, len(self.recorded)
+        c, n, k = self._prepared.c, self._states, len(self.recorded)
+        whole = np.tile(self._row, (len(rows), 1))
+        whole[:, self._columns] = rows
         states, values = np.empty((len(rows), len(self.times), n)), np.empty((len(rows), len(self.times), k - n))
         failures: dict[int, str] = {}
-        pointers = [(request.address(array), array.strides[0]) for array in (rows, states, values)]
+        pointers = [(request.address(array), array.strides[0]) for array in (whole, states, values)]
         for i in range(len(rows)):
             c.begun = c.next_time = 0
             c.start_values, c.states, c.values = [first + i * stride for first, stride in pointers]
@@ -64,8 +68,28 @@ class Batch:
 
     def _refuse(self, rows: NDArray[np.float64]) -> None:
         """Raise what `request.start_values` says of the value that is out of range."""
-        variables = self._fmu.variables
         for values in (rows.min(axis=0), rows.max(axis=0)):
-            bounds = dict(zip(self.names, values.tolist(), strict=True))
-            parameters = {n: v for n, v in bounds.items() if variables[owner(n, variables)].causality == "parameter"}
-            request.start_values(self._fmu, parameters, {n: v for n, v in bounds.items() if n not in parameters})
+            _checked(self._fmu, dict(zip(self.names, values.tolist(), strict=True)))
+
+
+def begun(fmu: Fmu, names: tuple[str, ...]) -> dict[str, float]:
+    """Values that a run over ``names`` is given, in the order in which they are set: of each name one in its bounds,
+    and those of the other elements of arrays, which FMI sets whole.
+
+    Raises:
+        StickslipError: as `request.start_values`.
+    """
+    return _checked(fmu, dict(zip(names, np.clip(0.0, *_bounds(fmu, names)).tolist(), strict=True)))
+
+
+def _bounds(fmu: Fmu, names: tuple[str, ...]) -> NDArray[np.float64]:
+    """(2, names) between which values of variables that there are pass."""
+    owners = [fmu.variables.get(owner(name, fmu.variables)) for name in names]
+    return np.reshape([(0.0, 0.0) if variable is None else bounds_of(variable) for variable in owners], (-1, 2)).T
+
+
+def _checked(fmu: Fmu, values: Mapping[str, float]) -> dict[str, float]:
+    """`request.start_values` of parameters and other variables alike."""
+    kinds = {name: getattr(fmu.variables.get(owner(name, fmu.variables)), "causality", "") for name in values}
+    parameters = {n: v for n, v in values.items() if kinds[n] in ("parameter", "structuralParameter")}
+    return request.start_values(fmu, parameters, {n: v for n, v in values.items() if n not in parameters})

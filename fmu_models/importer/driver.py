@@ -19,7 +19,7 @@ from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request, structure, text_calls, texts
-from fmu_models.importer.batch import Batch
+from fmu_models.importer.batch import Batch, begun
 from fmu_models.importer.clocks import Clocks, check_event_mode, merged
 from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
 from fmu_models.importer.words import note, nothing_to_record
@@ -125,7 +125,7 @@ class Driver(Shown):
         self._library = instance.master_library()
         self._master = self._library.master_new(
             ctypes.byref(self._instance.calls),
-            len(self.fmu.variables),
+            len(request.Selection.of(self.fmu, request.inputs_of(self.fmu)).names),
             max(len(self._recorded.names), len(self.clocks.recorded.names)),
         )
         if not self._master:
@@ -265,10 +265,11 @@ class Driver(Shown):
         table = request.table(
             self.fmu, signals_of(self.fmu, inputs or {}, start_time, stop_time), start_time, stop_time
         )
-        prepared = self._prepare(times, dict.fromkeys(names, 0.0), table, start_time, stop_time)
+        first = begun(self.fmu, names)
+        prepared = self._prepare(times, first, table, start_time, stop_time)
         prepared.c.event_capacity = 0
         shown = (*self._states, *self._recorded.names)
-        return Batch(self.fmu, names, times, shown, len(self._states), prepared, self._call, self._reason)
+        return Batch(self.fmu, names, first, times, shown, len(self._states), prepared, self._call, self._reason)
 
     def _reason(self, status: int, c: ctypes.Structure) -> str:
         """Why a run ended early."""

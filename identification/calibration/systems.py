@@ -41,6 +41,7 @@ from fmu_models.language.maps import Map
 from fmu_models.sections.iteration import Iteration
 from fmu_models.simulation.trajectory import Trajectory
 from identification.calibration.subject import OwnSubject, Response, Stretch, Subject, Vector, Window
+from identification.calibration.unknowns import refuse_arrays
 
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
@@ -284,7 +285,12 @@ def opened(model: Model | Fmu | CoupledSystem | Map, *, fmi_version: str = "3.0"
 
 
 def subject_of(fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> Subject:
-    """The FMU with what is asked of it."""
+    """The FMU with what is asked of it.
+
+    Raises:
+        StickslipError: it or a state is an array, or times of events are asked of an FMU of others.
+    """
+    refuse_arrays(fmu, [*parameters, *measured])
     if isinstance(fmu, SystemFmu):
         if isinstance(fmu.system, Map):
             return MapSubject(fmu, fmu.system, parameters, measured)

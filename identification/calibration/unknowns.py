@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from identification.inference.problem import Evaluation, FitProblem, Prior, Unknown
 
@@ -87,7 +88,20 @@ def free_parameters(
     return tuple(_free(fmu, name, held.get(name), bounds.get(name), priors.get(name)) for name in free)
 
 
+def refuse_arrays(fmu: Fmu, names: Sequence[str]) -> None:
+    """Raises StickslipError: a state of the FMU, or one of ``names``, is an array or an element of one."""
+    for name in (*names, *fmu.states):
+        variable = fmu.variables.get(owner(name, fmu.variables))
+        # a coupled system has no variables for the elements of its units' states
+        if variable.shape if variable is not None else name in fmu.states:
+            raise StickslipError(
+                f"'{name}' of '{fmu.description.modelName}' is an array or an element of one. A calibration takes "
+                "models whose states are single numbers, and compares and seeks such numbers."
+            )
+
+
 def _check(fmu: Fmu, name: str, known: Sequence[str]) -> None:
+    refuse_arrays(fmu, [name])
     variable = fmu.variables.get(name)
     if variable is not None and variable.causality == "structuralParameter":
         raise StickslipError(

@@ -23,6 +23,8 @@ from fmu_models.importer.simulate import simulate_any
 from fmu_models.report.run_summary import summary
 from fmu_models.simulation.results import read_trajectory
 from fmu_models.simulation.signal import Signal
+from identification.calibration.calibrate import calibrate
+from identification.calibration.systems import SystemFmu, subject_of
 
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="arrays" instantiationToken="arrays">
@@ -52,6 +54,7 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 </ModelStructure>
 </fmiModelDescription>
 """
+COUNTS = ("count[1]", "count[2]", "count[3]")
 METHODS = ("dop853", "stiff", "co-simulation")
 NOTE = "; not told by the FMU: 'word' (String)"
 
@@ -93,6 +96,67 @@ def test_arrays_are_set_by_element(fmu: Fmu, method: str) -> None:
     assert run["x[1]"] == pytest.approx(np.cos(3 * run.time) + 2 * np.sin(3 * run.time), abs=1e-5)
     assert pushed["x[1]"] == pytest.approx([1.0, 1.0], abs=1e-9)
     assert pushed["x[2]"] == pytest.approx([1.0, 4.0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"A[2,1]": -9.0, "x[2]": 6.0},
+        {"x[2]": 6.0, "A[2,2]": 0.0, "A[2,1]": -9.0, "x[1]": 1.0, "A[1,1]": 0.0, "A[1,2]": 1.0},
+    ],
+)
+def test_a_batch_sets_arrays_by_element(fmu: Fmu, given: dict[str, float]) -> None:
+    """What stands behind a row in memory must not reach the FMU: elements that are not named are as it has them."""
+    times, rows = np.array([0.0, 0.5, 2.0]), np.array([[*given.values()], [*given.values()]])
+    rows[1, [*given].index("x[2]")] = -6.0
+    with Driver(fmu, method="dop853", record=["A", "count"]) as driver:
+        batch = driver.batch(2.0, tuple(given), output_times=times)
+        table, failures = batch.runs(rows)
+    assert batch.recorded == ("x[1]", "x[2]", *(f"A[{i},{k}]" for i in (1, 2) for k in (1, 2)), *COUNTS)
+    assert not failures
+    for run, side in zip(table, (1, -1), strict=True):
+        assert run[:, 0] == pytest.approx(np.cos(3 * times) + side * 2 * np.sin(3 * times), abs=1e-5)
+        assert run[:, 1] == pytest.approx(-3 * np.sin(3 * times) + side * 6 * np.cos(3 * times), abs=1e-5)
+        assert run[:, 2:].tolist() == [[0.0, 1.0, -9.0, 0.0, 1.0, 2.0, 3.0]] * 3
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("A", "'A' is an array of 2 x 2. Set its elements"),
+        ("A[3,1]", "'A[3,1]' is no number"),
+        ("m", "'m' of 'arrays' is a structural parameter"),
+        ("q", "no variable 'q' to start from"),
+    ],
+)
+def test_what_a_batch_cannot_set(fmu: Fmu, name: str, said: str) -> None:
+    with Driver(fmu) as driver, pytest.raises(StickslipError, match=re.escape(said)):
+        driver.batch(1.0, (name,))
+
+
+def test_inputs_of_more_elements_than_there_are_variables(tmp_path: Path) -> None:
+    """Of which the library looks at the first two; the master keeps room for all."""
+    many = 'name="u" valueReference="205" causality="input" start="0"><Dimension start="'
+    wide = made(tmp_path / "wide.fmu", DESCRIPTION.replace(f'{many}2"', f'{many}40000"'))
+    run = simulate_any(wide, 1.0, method="dop853", parameters={"A[2,1]": 0.0}, inputs={"u[2]": 3.0}, record=["count"])
+    assert run["x[2]"][-1] == pytest.approx(3.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("free", "array"), [("A[2,1]", "A[2,1]"), ("A", "A"), ("k", "x")])
+def test_calibrations_of_arrays_are_refused(tmp_path: Path, free: str, array: str) -> None:
+    k = '<Float64 name="k" valueReference="202" causality="parameter" variability="fixed" start="1"/><UInt64'
+    other = made(tmp_path / "k.fmu", DESCRIPTION.replace("<UInt64", k))
+    log = {"time": np.linspace(0.0, 1.0, 21), "x": np.linspace(0.0, 1.0, 21)}
+    with pytest.raises(StickslipError, match=re.escape(f"'{array}' of 'arrays' is an array or an element of one")):
+        calibrate(other, log, free=[free])
+
+
+def test_neither_measured_arrays_nor_those_of_units_are_calibrated(fmu: Fmu) -> None:
+    with pytest.raises(StickslipError, match=r"'der\(x\)' of 'arrays' is an array"):
+        subject_of(fmu, [], ["der(x)"])
+    system = CoupledSystem("one", {"a": Unit(fmu)}, stop_time=1.0)
+    with pytest.raises(StickslipError, match=r"'a.x\[1\]' of 'one' is an array or an element of one"):
+        subject_of(SystemFmu.coupled(system), [], ["a.level"])
 
 
 def test_a_file_keeps_the_shape(fmu: Fmu, tmp_path: Path) -> None:

@@ -277,5 +277,6 @@ def extrapolated(at: Sequence[float] | Vector, values: Vector) -> Vector:
     total = np.zeros_like(values[0])
     for i, abscissa in enumerate(places):
         others = np.delete(places, i)
-        total = total + values[i] * np.prod(others / (others - abscissa))
+        with np.errstate(divide="ignore", invalid="ignore"):  # none goes through two values at one place
+            total = total + values[i] * np.prod(others / (others - abscissa))
     return total

@@ -17,7 +17,6 @@ from fmu_models.base.figures import check_files
 from fmu_models.base.files import write_whole
 from fmu_models.base.shipped import is_scene
 from fmu_models.commands.arguments import NAMED, scene_of
-from fmu_models.fmu.load import named_map
 
 if TYPE_CHECKING:
     import numpy as np
@@ -115,6 +114,8 @@ class SectionOptions:
 
     @cached_property
     def _map(self) -> Map | None:
+        from fmu_models.fmu.load import named_map
+
         return named_map(self.model) if self._scene is None else None
 
     @property

@@ -4,6 +4,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -101,7 +102,7 @@ class Basins(Pictured):
         """``failures`` in words."""
         return [f"{index}: {why}" for index, why in self.failures.items()]
 
-    @property
+    @cached_property
     def integrity(self) -> Vector:
         """(attractors,) half the width of the largest ball that lies in one basin and in the grid, where each axis is 1
         long: the integrity factor of Rega and Lenci (2005), to half the diagonal of a cell."""
@@ -111,7 +112,7 @@ class Basins(Pictured):
         inside = (np.pad(self.labels == i, 1) for i in range(len(self.attractors)))
         return np.array([np.max(distance_transform_edt(basin, sampling=cell)) for basin in inside])  # type: ignore[arg-type]
 
-    @property
+    @cached_property
     def uncertainty(self) -> tuple[float, float]:
         """The uncertainty exponent of the borders with its standard error; see ``uncertainty``."""
         return uncertainty_exponent(self.labels)

@@ -228,15 +228,14 @@ class Border:
     def bisect(self, close: float) -> bool:
         """Bring the pair so close; False where the labels are used up before, or the middle comes to nothing."""
         while self.distance > close:
-            middle, label = self.middle(), UNDECIDED
-            if self.labeller.count >= self.most or any((middle == end).all() for end in self.pair):
+            if self.labeller.count >= self.most or any((self.middle() == end).all() for end in self.pair):
                 return False
             self.progress(self.labeller.count / self.most)
-            for share in BESIDE:
-                if label in NOWHERE:
-                    middle = self.middle(share)
-                    label = int(self.labeller.label(middle[None]).labels[0])
-            if label in NOWHERE:
+            for middle in map(self.middle, BESIDE):
+                label = int(self.labeller.label(middle[None]).labels[0])
+                if label not in NOWHERE:
+                    break
+            else:
                 return False
             # a third attractor takes the place of the second one
             k = 0 if label == self.sides[0] else 1

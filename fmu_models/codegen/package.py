@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING, Any, cast
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import is_sealed, refuse_existing, seal, write_whole
+from fmu_models.base.layout import SIGNALS
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.base.version import version
 from fmu_models.codegen.rights import Rights
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
 
 FMI_VERSIONS = ("2.0", "3.0")
 EXPOSED = ("states", "clocks")
-SIGNALS = "extra/stickslip/signals.json"  # how often the signals repeat that a model drives itself
 LANE_TABLES = "model_lanes.h"  # among the sources of a model that lanes follow
 
 

@@ -14,29 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
-from fmu_models.base.formula import Formula
+from fmu_models.base.layout import SIGNALS
 from fmu_models.base.shown import Shown
 from fmu_models.base.temporary import claim_folder, release_folder
-from fmu_models.codegen.package import SIGNALS
 from fmu_models.fmu import archive
 from fmu_models.fmu import description as descriptions
 from fmu_models.language import contact_kinds
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ScalarVariable
-
-
-@dataclass(frozen=True)
-class SignalPeriod:
-    """How often a signal repeats that a model drives itself.
-
-    Attributes:
-        period: s, of parameters.
-        rates: d(log period) by parameter.
-    """
-
-    period: Formula
-    rates: Mapping[str, Formula]
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,18 +188,11 @@ class Fmu(Shown):
         return [f"{name}_memory" for name in self.contacts if f"{name}_memory" in self.variables]
 
     @cached_property
-    def signals(self) -> dict[str, SignalPeriod]:
-        """The periodic signals that an FMU of this suite drives itself, by name.
-
-        Raises:
-            StickslipError: a period is no formula of known functions.
-        """
+    def signals(self) -> dict[str, dict[str, Any]]:
+        """The periodic signals that an FMU of this suite drives itself, by name: "period", s, and by parameter "rates",
+        d(log period); all formulas of parameters."""
         file = self.folder / SIGNALS
-        told = json.loads(file.read_text("utf-8")) if self.ours and file.is_file() else {}
-        return {
-            name: SignalPeriod(Formula.read(one["period"]), {p: Formula.read(rate) for p, rate in one["rates"].items()})
-            for name, one in told.items()
-        }
+        return json.loads(file.read_text("utf-8")) if self.ours and file.is_file() else {}
 
     @cached_property
     def outputs(self) -> list[str]:

@@ -16,7 +16,8 @@ import numpy as np
 
 from fmu_models.base.arrays import Flags, Varied, Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
-from fmu_models.fmu.fmu import Fmu, SignalPeriod
+from fmu_models.base.formula import Formula
+from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
 from fmu_models.sections.system import SectionSystem, named_point
 from fmu_models.simulation.ensemble import Where
@@ -43,6 +44,19 @@ class Begin:
     latest: float
     section: Section | None = None
     period: float = 0.0
+
+
+@dataclass(frozen=True)
+class SignalPeriod:
+    """How often a signal repeats that a model drives itself.
+
+    Attributes:
+        period: s, of parameters.
+        rates: d(log period) by parameter.
+    """
+
+    period: Formula
+    rates: Mapping[str, Formula]
 
 
 class FmuPoints(SectionSystem):
@@ -226,15 +240,21 @@ class FmuPoints(SectionSystem):
 
 
 def _common(fmu: Fmu) -> SignalPeriod | None:
-    """How often all signals of a model repeat; None without any."""
-    periods = {signal.period.text: signal for signal in fmu.signals.values()}
+    """How often all signals of a model repeat; None without any.
+
+    Raises:
+        StickslipError: they differ, or a period is no formula of known functions.
+    """
+    periods = {signal["period"]: signal["rates"] for signal in fmu.signals.values()}
     if len(periods) > 1:
-        told = ", ".join(f"{name} {signal.period.text}" for name, signal in fmu.signals.items())
+        told = ", ".join(f"{name} {signal['period']}" for name, signal in fmu.signals.items())
         raise StickslipError(
             f"The signals of '{fmu.description.modelName}' have periods of their own ({told}). Give one, in s, in "
             "which all of them repeat (--period, period=)."
         )
-    return next(iter(periods.values()), None)
+    for period, rates in periods.items():
+        return SignalPeriod(Formula.read(period), {name: Formula.read(rate) for name, rate in rates.items()})
+    return None
 
 
 def _checked(

@@ -28,6 +28,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.map import MapProblem
 from fmu_models.continuation.problem.node import Lost, Node, parameter, solved, tangent_of
+from fmu_models.continuation.problem.pieces import Sides
 from fmu_models.continuation.problem.problem import Passing, Vector
 from fmu_models.continuation.special.discontinuous import growing, value_border
 
@@ -98,9 +99,8 @@ class Collision:
         problem, n = _problem(self.before), len(self.before.problem.states)
         sides = _turned(problem.sides_of(self.before.seen), self.miss)
         i = self._border
-        flipped = tuple(side * (-1 if k == i else 1) for k, side in enumerate(sides[0]))
         maps, border = {}, np.zeros(n + 1)
-        for first in (sides[0], flipped):
+        for first in (sides[0], _flipped(sides[0], i)):
             seen = replace(problem, sides=(first, *sides[1:])).see(self.turned_z)
             border = first[i] * seen.misses[i].gradient
             maps[first[i]] = seen.monodromy, seen.jacobian[:, -1]
@@ -173,7 +173,7 @@ def _jumps(problem: MapProblem, u: Vector, scales: Vector) -> bool:
 
 
 def _beside(
-    problem: MapProblem, scales: Vector, u: Vector, sides: tuple[tuple[int, ...], ...], like: Passing, up: Vector
+    problem: MapProblem, scales: Vector, u: Vector, sides: tuple[Sides, ...], like: Passing, up: Vector
 ) -> Node | None:
     """The motion at a small distance from the border, on these sides of all, its tangent leading away; None if there is
     none. The distance grows by 1 along ``up``."""
@@ -195,14 +195,18 @@ def _problem(node: Node) -> MapProblem:
     return node.problem
 
 
-def _other(problem: MapProblem, sides: tuple[tuple[int, ...], ...], miss: Passing) -> tuple[tuple[int, ...], ...]:
+def _other(problem: MapProblem, sides: tuple[Sides, ...], miss: Passing) -> tuple[Sides, ...]:
     """Sides with one point on the other side of one border."""
     i, k = problem.pieces.names.index(miss.contact), round(miss.time)
-    flipped = tuple(side * (-1 if index == i else 1) for index, side in enumerate(sides[k]))
-    return (*sides[:k], flipped, *sides[k + 1 :])
+    return (*sides[:k], _flipped(sides[k], i), *sides[k + 1 :])
 
 
-def _turned(sides: tuple[tuple[int, ...], ...], miss: Passing) -> tuple[tuple[int, ...], ...]:
+def _flipped(sides: Sides, border: int) -> Sides:
+    """The other side of one border."""
+    return (*sides[:border], -sides[border], *sides[border + 1 :])
+
+
+def _turned(sides: tuple[Sides, ...], miss: Passing) -> tuple[Sides, ...]:
     k = round(miss.time)
     return sides[k:] + sides[:k]
 

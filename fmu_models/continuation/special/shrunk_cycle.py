@@ -37,11 +37,16 @@ def equilibrium_near(
         scales: of the unknowns of the cycle.
         seconds: over which it is looked at.
     """
-    problem = replace(cycle, strobe=strobe_of(cycle.strobe, period=seconds), kept=cycle.kept)
-    scales = np.delete(scales, -2)
+    problem, scales = _at_rest(cycle, scales, seconds)
     node = solved(problem, scales, np.append(point, value) / scales, parameter(value), reach=1.0)
     eigenvalues: Any = np.log(node.multipliers) / seconds
     return node.z[:-1], eigenvalues
+
+
+def _at_rest(cycle: FlowProblem, scales: Vector, seconds: float) -> tuple[FlowProblem, Vector]:
+    """Of equilibria, fixed points over any time, and the scales of their unknowns: those of a cycle but its length."""
+    problem = replace(cycle, strobe=strobe_of(cycle.strobe, period=seconds), kept=cycle.kept)
+    return problem, np.delete(scales, -2)
 
 
 def hopf_of(node: Node) -> Node | None:
@@ -49,9 +54,8 @@ def hopf_of(node: Node) -> Node | None:
     cycle = node.problem
     if not isinstance(cycle, FlowProblem) or not cycle.autonomous or amplitude(node) > SMALL or node.word:
         return None
-    problem = replace(cycle, strobe=strobe_of(cycle.strobe, period=SHARE * node.seen.length), kept=cycle.kept)
+    problem, scales = _at_rest(cycle, node.scales, SHARE * node.seen.length)
     n = len(cycle.states)
-    scales = np.append(node.scales[:n], node.scales[-1])
     solved_nodes: list[Node] = []
 
     def modulus(value: float) -> float:

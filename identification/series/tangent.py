@@ -99,8 +99,8 @@ def growth(jacobians: np.ndarray) -> np.ndarray:
 def _local_maps(
     points: np.ndarray, x: np.ndarray, window: int, step: int, apart: int, noise: float
 ) -> tuple[np.ndarray, float, float]:
-    """Successive maps (n, d, d) over ``step`` samples, the rms error by which they foretell ``x``, and their share whose
-    neighbourhoods noise hides."""
+    """Successive maps (n, d, d) over ``step`` samples, the rms error by which they foretell ``x``, and the share of
+    them whose neighbourhoods noise hides."""
     from scipy.spatial import KDTree
 
     count = min(len(points) - step, len(x) - window + 1 - step)

@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.declaration import CROSSED, NO_BOX, RANGE, SHOWN, Analysis, Box, Option, Range
+from fmu_models.analyses.declaration import (
+    CROSSED,
+    NO_BOX,
+    NO_NUMBERS,
+    RANGE,
+    SHOWN,
+    Analysis,
+    Box,
+    Numbers,
+    Option,
+    Range,
+)
 from fmu_models.analyses.shares import corners_of
 from fmu_models.analyses.unforced import at_its_cycle
 from fmu_models.base.arrays import Vector
@@ -111,6 +122,7 @@ def follow_branch(
     box: Annotated[
         Box, Option("Follow also what starts in this range of a state come to: loops away from the first branch.")
     ] = NO_BOX,
+    constants: Numbers = NO_NUMBERS,
     execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Followed:
@@ -118,6 +130,7 @@ def follow_branch(
 
     Args:
         others: as for ``branches``.
+        constants: values of names in the closed form, before those that the model has.
         curve: name, least and largest value of a second parameter.
         box: least and largest value of states, at ``PLACES`` values of the parameter, of ``STARTS`` starts that are run
             to where they stay. What repeats itself there within ``longest`` periods is followed where no branch has it.
@@ -140,12 +153,12 @@ def follow_branch(
         added = measuring(members[known:], amount)
         followed = replace(followed, branches=(*followed.branches, *added), interrupted=interrupted)
     if formula and curve is None:
-        form = closed_form_of(followed.branches[0].nodes[0], formula, {})
+        form = closed_form_of(followed.branches[0].nodes[0], formula, constants)
         followed = replace(followed, closed_form=form)
     if curve is None or followed.interrupted:
         return Followed(followed)
     curves = followed.curves(curve[0], curve[1:])
-    form = closed_form_of(curves.curves[0].nodes[0], formula, {}) if formula else None
+    form = closed_form_of(curves.curves[0].nodes[0], formula, constants) if formula else None
     return Followed(followed, replace(curves, closed_form=form))
 
 
@@ -154,7 +167,7 @@ def _settled(
 ) -> Iterator[Motion]:
     """The periodic motions that starts between two points come to, over the range of a parameter."""
     values = np.repeat(np.linspace(*between, PLACES), STARTS)
-    starts = np.random.default_rng(0).uniform(*corners, (len(values), corners.shape[1]))
+    starts = np.random.default_rng(0).uniform(corners[0], corners[1], (len(values), corners.shape[1]))
     jobs = Jobs(starts, {over: values}, transient=TRANSIENT, rows=2 * longest, longest=longest)
     motions = claimed(system, system.make(jobs), jobs.varied, longest=longest).motions
     for value, motion in zip(values.tolist(), motions, strict=True):
@@ -188,8 +201,7 @@ def numbers_at(
     for value in values:
         count = stable = 0
         for branch in branches:
-            before, after = branch.values[:-1] - value, branch.values[1:] - value
-            for i in np.flatnonzero((before <= 0.0) != (after <= 0.0)):
+            for i in branch.segments_at(value):
                 count += 1
                 stable += bool(branch.stable[i] and branch.stable[i + 1])
         rows.append((value, {name: float(count), "stable": float(stable), **({} if rows else special)}))

@@ -38,7 +38,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -61,6 +60,7 @@ from fmu_models.continuation.step.same_motion import passes
 from fmu_models.continuation.step.way import Ways, joined, ways
 from fmu_models.sections.amounts import Amount, Measured
 
+ASIDE = 1e-5  # along the unit tangent: neighbours of which a difference is taken
 MULTIPLIER, PERIOD = "multiplier", "period"  # what a picture shows in place of a state
 
 
@@ -125,13 +125,11 @@ class Branch(SolutionBranch):
     def at(self, value: float) -> tuple[Node, ...]:
         """Its motions at a value of the parameter, in the order of the branch."""
         nodes = []
-        for before, after in pairwise(self.nodes):
-            if min(before.value, after.value) <= value < max(before.value, after.value) or value == after.value:
-                near = min(before, after, key=lambda node: abs(node.value - value))
-                rise = near.tangent[-1] / (value - near.value) * near.scales[-1] if value != near.value else np.inf
-                guess = near.u + near.tangent / rise
-                with suppress(Lost):
-                    nodes.append(near.corrected(guess, parameter(value)))
+        for i in self.segments_at(value):
+            near = min(self.nodes[i : i + 2], key=lambda node: abs(node.value - value))
+            guess = near.u + near.tangent * ((value - near.value) / near.scales[-1] / near.tangent[-1])
+            with suppress(Lost):
+                nodes.append(near.corrected(guess, parameter(value)))
         return tuple(nodes)
 
     @property
@@ -166,7 +164,10 @@ class Branch(SolutionBranch):
 
 
 def measured(nodes: Sequence[Node], amount: Amount) -> Vector:
-    """(len(nodes), 2) a quantity of motions, and its derivative by the parameter along their branch."""
+    """(len(nodes), 2) a quantity of motions, and its derivative by the parameter along their branch.
+
+    Of work of impacts, which has none of its own, it is the difference of neighbours on the tangent.
+    """
     if not nodes:
         return np.zeros((0, 2))
     problem: Any = nodes[0].problem
@@ -177,7 +178,12 @@ def measured(nodes: Sequence[Node], amount: Amount) -> Vector:
         change = node.tangent * node.scales
         with np.errstate(divide="ignore", invalid="ignore"):  # at a fold there is none
             along = here.direction(node.z, change / change[-1])
-        rows.append(measurement.of(here.span(node.z), here.as_run(node.z), along))
+            row = measurement.of(here.span(node.z), here.as_run(node.z), along)
+            if measurement.by_works:
+                sides = [node.z + share * change for share in (-ASIDE, ASIDE)]
+                ends = [measurement.of(here.span(z), here.as_run(z))[0] for z in sides]
+                row[1] = (ends[1] - ends[0]) / (sides[1][-1] - sides[0][-1])
+        rows.append(row)
     return np.array(rows)
 
 

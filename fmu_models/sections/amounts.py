@@ -13,7 +13,8 @@ event, just before it or after it. Nothing is sampled for them, and nothing narr
 would have coefficients.
 
 Derivatives along a direction follow from the variational equation: where an extreme lies does not matter to first
-order; an integral changes by its integrand, and by what jumps at each event times how much that moves.
+order; an integral changes by its integrand, and by what jumps at each event times how much that moves. What impacts
+take has none that way: on a branch it is the difference of neighbours along the tangent.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ if TYPE_CHECKING:
 
 NODES = 16  # of Gauss's rule on a panel
 ROUNDING = 1e-13  # of the size of a variable: the last coefficients of a panel that is short enough
+NOISE = 1e-8  # of it: what does not fall on narrower panels and is less is what cancelled in an output
 WIDEST, ROUNDS = 0.25, 12  # of the period: widest panel; how often one is cut in four
 SLACK = 0.2  # of what a variable spans on a panel: by less than that it rises beyond its nodes and ends
-ENERGY = "energy"  # the output that an impact makes smaller
 WRITTEN = re.compile(r"(\w+)\((.+)\)")
 
 X, W = legendre.leggauss(NODES)
@@ -136,16 +137,6 @@ class _Panels:
             slope += move * sign * _at_ends(self.rate(y))[panel, place]
         return np.array([sign * best, slope])
 
-    def taken(self, contact: str) -> Vector:
-        """(2,) what the impacts of a contact take of the energy, and its derivative: nan where others come at once."""
-        works = {event.time: event.work for event in self.events if event.contact == contact}
-        alone = len([event for event in self.events if event.time in works and event.is_impact]) == len(works)
-        y, slopes = self.values[ENERGY], self.slopes[ENERGY]
-        changes = _at_ends(slopes) + np.where(self.moves == 0.0, 0.0, _at_ends(self.rate(y)) * self.moves)
-        struck = np.isin(self.ends[1:, 0], [*works])
-        change = (changes[:-1, 1] - changes[1:, 0])[struck].sum() if alone else np.nan
-        return np.array([-sum(works.values()), change])
-
     def integral(self, values: Vector, slopes: Vector) -> Vector:
         """(2,) of what has values (p, NODES), and its derivative."""
         moved = np.where(self.moves == 0.0, 0.0, _at_ends(values) * self.moves) @ [-1.0, 1.0]
@@ -174,7 +165,8 @@ def _rms(panels: _Panels, y: str) -> Vector:
 
 def _energy(panels: _Panels, of: str, through: str = "") -> Vector:
     if of not in panels.values:
-        return panels.taken(of)
+        works = [event.work for event in panels.events if event.contact == of]
+        return np.array([-sum(works), np.nan])  # the engine does not differentiate works
     y, slopes = panels.values[of], panels.slopes[of]
     if not through:
         return panels.integral(y, slopes)
@@ -259,12 +251,16 @@ class Measured:
     Args:
         by: names that a ``Direction`` may have; the states if left out.
         tolerance: relative local error of a step.
+
+    Attributes:
+        by_works: it is work of impacts, which has no derivative here.
     """
 
     def __init__(self, fmu: Fmu, amount: Amount, by: Sequence[str] = (), tolerance: float = 1e-14) -> None:
         self.amount, self._events_alone = amount, AMOUNTS[amount.kind].takes == ("contact",)
-        of_contact = [ENERGY] if amount.kind == "energy" else fmu.states[:1]
-        self._names = [name for name in amount.names if name not in fmu.contacts] or of_contact
+        variables = {*fmu.states, *fmu.outputs}
+        self.by_works = amount.kind == "energy" and amount.names[0] not in variables
+        self._names = [name for name in amount.names if name in variables] or fmu.states[:1]
         self._run = SensitiveRun(fmu, by=by or fmu.states, recorded=self._names, tolerance=tolerance)
 
     def of(self, span: tuple[float, float], run: Mapping[str, Any], along: Direction | None = None) -> Vector:
@@ -284,15 +280,10 @@ class Measured:
 
         _, events = self._run.values(window(np.array([end])), *settings)
         inner = sorted({event.time for event in events if begin < event.time < end})
-        ends = _cut(np.array([begin, *inner, end]), (end - begin) * WIDEST)
-        for _ in range(ROUNDS):
-            values, _ = self._run.values(window(np.append(_nodes(ends), end)), *settings)
-            values = values[:-1].reshape(len(ends), NODES, -1)
-            rough = _rough(values)
-            if not rough.any():
-                break
-            ends = np.concatenate([ends[~rough], *(_cut(piece, np.diff(piece)[0] / 4.0) for piece in ends[rough])])
-            ends = ends[np.argsort(ends[:, 0])]
+        ends, values = _resolved(
+            _cut(np.array([begin, *inner, end]), (end - begin) * WIDEST),
+            lambda times: self._run.values(window(np.append(times, end)), *settings)[0][:-1],
+        )
         slopes, moves, speeds = np.full_like(values, np.nan), np.zeros_like(ends), np.full((len(events), 2), np.nan)
         if along is not None or self._events_alone:
             try:
@@ -306,8 +297,8 @@ class Measured:
                 passage, events = sensed.passage, sensed.events
                 speeds = np.stack([passage.speeds, passage.speed_derivatives @ direction], axis=1)
         stretch = along.end - along.begin if along else 0.0
-        columns = ({name: array[..., i] for i, name in enumerate(self._names)} for array in (values, slopes))
-        panels = _Panels(ends, *columns, moves, end - begin, stretch, events, speeds)
+        columns, rates = ({name: a[..., i] for i, name in enumerate(self._names)} for a in (values, slopes))
+        panels = _Panels(ends, columns, rates, moves, end - begin, stretch, events, speeds)
         value, slope = AMOUNTS[self.amount.kind].of(panels, *self.amount.names)
         return np.array([value, np.nan if along is None else slope])
 
@@ -326,10 +317,24 @@ def _nodes(ends: Vector) -> Vector:
     return (ends.mean(axis=1, keepdims=True) + 0.5 * np.diff(ends, axis=1) * X).ravel()
 
 
-def _rough(values: Vector) -> Any:
-    """(p,) panels (p, NODES, n) that some variable is no polynomial on."""
-    last = np.abs(np.einsum("kj,pjn->pkn", SERIES[-2:], values)).max(axis=1)
-    return (last > ROUNDING * np.abs(values).max(axis=(0, 1))).any(axis=1)
+def _resolved(ends: Vector, run: Callable[[Vector], Vector]) -> tuple[Vector, Vector]:
+    """Panels cut until variables are polynomials on them, and their values (p, NODES, n). Those that are none on the
+    narrowest, as at a jump of a force that is no event, are left out."""
+    before, left = np.full(len(ends), np.inf), ROUNDS
+    while True:
+        left -= 1
+        values = run(_nodes(ends)).reshape(len(ends), NODES, -1)
+        last = np.abs(np.einsum("kj,pjn->pkn", SERIES[-2:], values)).max(axis=1)
+        sizes = np.abs(values).max(axis=(0, 1))
+        rest = np.divide(last, sizes, out=np.zeros_like(last), where=sizes > 0.0).max(axis=1)
+        rough = (rest > ROUNDING) & ((rest < 0.5 * before) | (rest > NOISE))
+        if not rough.any() or not left:
+            return ends[~rough], values[~rough]
+        cut = [_cut(piece, np.diff(piece)[0] / 4.0) for piece in ends[rough]]
+        ends = np.concatenate([ends[~rough], *cut])
+        before = np.concatenate([rest[~rough], np.repeat(rest[rough], [len(pieces) for pieces in cut])])
+        order = np.argsort(ends[:, 0])
+        ends, before = ends[order], before[order]
 
 
 def _turned(sensed: Sensitivity, by: Sequence[str], states: Sequence[str], along: Direction) -> Vector:

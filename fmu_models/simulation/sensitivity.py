@@ -189,6 +189,7 @@ class SensitiveRun(Shown):
         events = Events(result.events, self._contacts, self._rigid), event_derivatives
         recorded = window.request.times, self.recorded, result.values, self.by, derivatives
         passage = self._differentiator.passage
+        assert passage is not None  # it is asked for above
         return Sensitivity(*recorded, *events, result.steps, result.seconds, one_sided, passage)
 
     def values(

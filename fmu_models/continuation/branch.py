@@ -96,8 +96,10 @@ class Branch(SolutionBranch):
     @property
     def named_amounts(self) -> dict[str, Vector]:
         """``amounts`` by name, over the parameter."""
+        if self.amount is None:
+            return {}
         named = dict(zip(self.measured, self.amounts.T, strict=True))
-        return {self.over: self.values, **named, "special": self.special_amounts} if named else {}
+        return {self.over: self.values, **named, "special": self.special_amounts}
 
     def measuring(self, amount: Amount) -> Branch:
         """The same with a quantity of each of its motions.

@@ -62,7 +62,8 @@ def _(diagram: Diagram, axes: Axes) -> None:
         )
     if diagram.branches is not None:
         draw_branches(diagram.branches.branches, diagram.of, axes)
-    axes.set(xlabel=with_unit(diagram.over, diagram.units), ylabel=with_unit(diagram.of, diagram.units))
+    shown = diagram.amount.label if diagram.amount else diagram.of
+    axes.set(xlabel=with_unit(diagram.over, diagram.units), ylabel=with_unit(shown, diagram.units))
     axes.set_title(diagram.model, fontsize="medium")
     if len(diagram.directions) > 1:
         dots = [

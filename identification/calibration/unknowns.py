@@ -116,7 +116,8 @@ def _free(
 ) -> FreeParameter:
     variable = fmu.variables[name]
     unit, first = str(variable.unit or "1"), float(variable.start or 0.0) if value is None else float(value)
-    least, most = (float(text) if text is not None else end for text, end in _ends(variable))
+    declared = (getattr(variable, "min", None), -math.inf), (getattr(variable, "max", None), math.inf)
+    least, most = (float(text) if text is not None else end for text, end in declared)
     low, high = bounds or (least, most)
     low, high = max(low, least), min(high, most)
     if not low <= first <= high or low == high:
@@ -132,10 +133,6 @@ def _free(
         low, high = max(low, first - 2 * math.pi), min(high, first + 2 * math.pi)
     known = Prior(name, prior[0], unit, prior[1], "given") if prior else None
     return FreeParameter(first, Unknown(name, unit, low, high, str(variable.description or ""), known), logarithmic)
-
-
-def _ends(variable: object) -> tuple[tuple[str | None, float], tuple[str | None, float]]:
-    return (getattr(variable, "min", None), -math.inf), (getattr(variable, "max", None), math.inf)
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,8 @@ def weak_fits(ready: Pool, laws: Mapping[str, FittableLaw], options: Options) ->
     for name, law in laws.items():
         problem = weak_form.of_few_nodes(ready, law, options)
         last = before.get(name)
-        if last is not None and last.law is law and _same_terms(last.problem, problem):
+        kept = last.problem if last is not None and last.law is law else None
+        if last is not None and isinstance(kept, RegressionProblem) and kept.terms == problem.terms:
             fits[name] = last
             continue
         start = np.concatenate([problem.start()[: len(law.parameters)], zeros])
@@ -91,10 +92,6 @@ def not_far(weak: Mapping[str, Rival]) -> list[str]:
     """Laws that the weak form leaves worth more work."""
     least = min(rival.sum for rival in weak.values())
     return [name for name, rival in weak.items() if rival.sum <= FAR**2 * least]
-
-
-def _same_terms(problem: FrictionProblem, weak: RegressionProblem) -> bool:
-    return isinstance(problem, RegressionProblem) and problem.terms == weak.terms
 
 
 def fit_rivals(
@@ -122,7 +119,9 @@ def fit_rivals(
             inside = _inside(less, rival.problem)
             if inside is not None:
                 nested.append((less_name, name))
-                rival = _not_worse(rival, less, inside)
+                if rival.sum > less.sum * (1 + SEARCH):
+                    again = Rival(law, inside.problem, inside.solved)
+                    rival = min((rival, again), key=lambda one: one.sum)
         fitted[name] = rival
         if progress is not None:
             progress((number + 1) / len(laws))
@@ -230,10 +229,3 @@ def _inside(less: Rival, problem: FrictionProblem) -> _Candidate | None:
     expected = less.solution.evaluation.residual
     same = np.sqrt(np.mean((residual - expected) ** 2)) < SAME * np.sqrt(np.mean(expected**2))
     return start if same else None
-
-
-def _not_worse(rival: Rival, less: Rival, inside: _Candidate) -> Rival:
-    """A law at least as good as one nested in it."""
-    if rival.sum <= less.sum * (1 + SEARCH):
-        return rival
-    return min((rival, Rival(rival.law, inside.problem, inside.solved)), key=lambda rival: rival.sum)

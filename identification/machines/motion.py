@@ -88,7 +88,12 @@ def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs 
             or a joint never moves.
     """
     if cutoffs is None:
-        return [replace(piece, log=number) for number, log in enumerate(logs) for piece in _as_recipe(log)]
+        for log in logs:
+            if not log.ready:
+                raise StickslipError(
+                    f"'{log.name}' was read without a recipe that says how to filter it: give a cutoff."
+                )
+        return [replace(piece, log=number) for number, log in enumerate(logs) for piece in log.ready]
     step = max(float(np.median(np.diff(log.time))) for log in logs)
     pieces = [piece for number, log in enumerate(logs) for piece in _pieces(number, log, step, cutoffs)]
     travel = np.max([np.ptp(piece.position, axis=0) for piece in pieces], axis=0)
@@ -113,12 +118,6 @@ def weighed(pieces: Sequence[JointMotion], cutoffs: Cutoffs) -> list[JointMotion
         replace(piece, weight=piece.weight * (speed >= cutoffs.still * usual))
         for piece, speed in zip(pieces, slowest, strict=True)
     ]
-
-
-def _as_recipe(log: MachineLog) -> tuple[JointMotion, ...]:
-    if not log.ready:
-        raise StickslipError(f"'{log.name}' was read without a recipe that says how to filter it: give a cutoff.")
-    return log.ready
 
 
 def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list[JointMotion]:

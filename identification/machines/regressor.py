@@ -74,7 +74,9 @@ def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None)
         StickslipError: a parameter is not there, nothing is to be found, an input does not drive one joint alone, a
             contact opens, or the efforts are not linear in products of parameters.
     """
-    values = _known_values(mechanism, known or {})
+    missing = f"{mechanism.name} has no parameter"
+    given = (known or {}).items()
+    values = {named(mechanism.parameters, name, f"{missing} '{name}'."): float(value) for name, value in given}
     drives, others = _drives(mechanism)
     unknown = {p for p in mechanism.parameters if p not in values}
     if not unknown:
@@ -119,11 +121,6 @@ def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> s
         return rebuilds[e]
 
     return rebuilt(sympy.sympify(expression))
-
-
-def _known_values(mechanism: Mechanism, values: Mapping[str, float]) -> dict[Parameter, float]:
-    known = mechanism.parameters
-    return {named(known, n, f"{mechanism.name} has no parameter '{n}'."): float(v) for n, v in values.items()}
 
 
 def effort_inputs(mechanism: Mechanism) -> list[Input]:
@@ -265,7 +262,10 @@ class BaseParameter(Shown):
     @property
     def combination(self) -> str:
         """The combination as text, such as "I1 + 0.04 m2 - 0.2 m1 r1"."""
-        terms = [f"{'-' if factor < 0 else '+'} {_factor(abs(factor))}{name}" for name, factor in self.others]
+        terms = []
+        for name, factor in self.others:
+            times = "" if abs(abs(factor) - 1) < DEPENDENT else f"{abs(factor):.6g} "
+            terms.append(f"{'-' if factor < 0 else '+'} {times}{name}")
         return " ".join([self.name, *terms])
 
 
@@ -341,7 +341,3 @@ def _base(regressor: Regressor, columns: np.ndarray) -> Base:
     silent = tuple(n for n, size in zip(regressor.names, sizes, strict=True) if size == 0 and n != GIVEN)
     column = regressor.names.index(GIVEN) if GIVEN in regressor.names else None
     return Base(parameters, combine, silent, column)
-
-
-def _factor(value: float) -> str:
-    return "" if abs(value - 1) < DEPENDENT else f"{value:.6g} "

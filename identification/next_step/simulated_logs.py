@@ -202,14 +202,14 @@ class Knowledge:
     def with_logs(self, logs: Logs = ()) -> np.ndarray:
         """Precision (m, m) of the law with these logs beside the fitted ones."""
         every = [*self.logged, *logs]
-        before, after = (self._information(some) for some in (self.logged, every))
+        before, after = (
+            np.asarray(sum(shown.over(lasts, self.precision) for shown, lasts, _ in some))
+            for some in (self.logged, every)
+        )
         known = self._beforehand(before)
         if self.by_encoder and "gain" in self.shared:
             known[0] *= _told_lines(every) / _told_lines(self.logged)
         return self._of_law(after, known)
-
-    def _information(self, logs: Logs) -> np.ndarray:
-        return np.asarray(sum(shown.over(lasts, self.precision) for shown, lasts, _ in logs))
 
     def _beforehand(self, information: np.ndarray) -> np.ndarray:
         """Precision (k,) of what logs share without the slips, which have this information."""

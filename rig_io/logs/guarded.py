@@ -83,7 +83,10 @@ def table_of(
         raise StickslipError(f"'{path}' is not {expected} (it begins otherwise). Give it the suffix of its kind.")
     with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
         parsed, rows = parsed_apart(path, _parsed, parse, str(path), room, dict(options))
-        columns = _columns(Path(room) / _COLUMNS, [channel.name for channel in parsed.channels], rows)
+        columns = {
+            channel.name: np.fromfile(Path(room) / _COLUMNS, np.float64, rows, offset=8 * rows * index)
+            for index, channel in enumerate(parsed.channels)
+        }
     return Table(
         f"'{path}'",
         columns,
@@ -116,10 +119,6 @@ def parsed_apart(path: Path, parse: Callable[..., Value], *arguments: object, ag
             f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
             f"{error} Copy it again from its source{less}."
         ) from error
-
-
-def _columns(file: Path, names: Sequence[str], rows: int) -> dict[str, np.ndarray]:
-    return {name: np.fromfile(file, np.float64, rows, offset=8 * rows * index) for index, name in enumerate(names)}
 
 
 def _parsed(parse: Callable[..., Channels], path: str, room: str, options: dict[str, str]) -> tuple[Channels, int]:

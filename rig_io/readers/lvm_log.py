@@ -49,18 +49,12 @@ def read(path: Path) -> Table:
     separator_word = re.search(r"^Separator\W(\w+)", first, re.MULTILINE)
     separator = SEPARATORS.get(separator_word[1] if separator_word else "", "\t")
     decimal = "," if re.search(r"^Decimal_Separator\W,", first, re.MULTILINE) else "."
-    settings = _settings(first, channel, separator)
-    return _table(path, body, [name.strip() for name in names.split(separator)], settings, (separator, decimal), head)
-
-
-def _settings(file: str, channel: str, separator: str) -> dict[str, list[str]]:
-    """What the headers state: values of a key, one for each channel."""
-    settings: dict[str, list[str]] = {}
-    for line in (file + "\n" + channel).splitlines():
+    settings: dict[str, list[str]] = {}  # values of a key, one for each channel
+    for line in (first + "\n" + channel).splitlines():
         cells = [cell.strip() for cell in line.split(separator)]
         if cells[0] and len(cells) > 1:
             settings[cells[0]] = cells[1:]
-    return settings
+    return _table(path, body, [name.strip() for name in names.split(separator)], settings, (separator, decimal), head)
 
 
 def _table(

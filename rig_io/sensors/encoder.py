@@ -128,18 +128,10 @@ def velocity_mid_interval(log: RigLog, instrument: str = "encoder") -> tuple[np.
         StickslipError: no such encoder in the log.
     """
     measured = edges(log, instrument)
-    same = _joined(measured)
+    # intervals that hold no reversal
+    same = (np.diff(measured.direction) == 0) & (np.diff(measured.run) == 0) & (np.diff(measured.time) > 0)
     time, angle = measured.time, measured.angle
     return 0.5 * (time[1:] + time[:-1])[same], (np.diff(angle)[same]) / np.diff(time)[same]
-
-
-def _joined(measured: Edges) -> np.ndarray:
-    """Which intervals (m - 1,) between successive edges hold no reversal."""
-    return (
-        (measured.direction[1:] == measured.direction[:-1])
-        & (measured.run[1:] == measured.run[:-1])
-        & (np.diff(measured.time) > 0)
-    )
 
 
 def drive_speed(log: RigLog, disc: int = 0) -> tuple[np.ndarray, np.ndarray]:

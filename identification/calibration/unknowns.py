@@ -68,10 +68,7 @@ def free_parameters(
     priors: Mapping[str, tuple[float, float]],
 ) -> tuple[FreeParameter, ...]:
     """The parameters ``free`` of an FMU, which begin at ``held`` or their default. priors: value, standard deviation.
-
-    Raises:
-        StickslipError: an unknown or structural parameter, one that is named twice, a first value outside its bounds.
-    """
+    StickslipError: an unknown or structural parameter, one that is named twice, a first value outside its bounds."""
     named = (*free, *held, *bounds, *priors)
     for name in named:
         _check(fmu, name, [*fmu.parameters, *fmu.states, *fmu.memories])

@@ -37,10 +37,7 @@ def shooting_problem(
     noise_known: bool,
 ) -> ShootingProblem:
     """The problem of these segments. q: (m,) first values of the law's parameters, and of disturbances where known.
-
-    Raises:
-        StickslipError: a nuisance parameter is unknown, or nothing is known of it.
-    """
+    StickslipError: a nuisance parameter is unknown, or nothing is known of it."""
     others = _nuisance(ready, options.nuisance, any(segment.laser for segment in segments))
     terms = options.disturbances
     every = options.given.bounded((*unknowns(law), *(term.unknown for term in terms), *others))

@@ -219,11 +219,8 @@ def _linear_fit(these: JointRegression, law: JointLaw, x: float) -> tuple[float,
 
 
 def segments_at(ready: Pool, law: JointLaw, q: np.ndarray) -> Pool:
-    """The pool with the slip segments of the disc that touches by a law with parameters q (m,).
-
-    Raises:
-        StickslipError: one of the discs is not touched in any log.
-    """
+    """The pool with the slip segments of the disc that touches by a law with parameters q (m,). StickslipError: one of
+    the discs is not touched in any log."""
     period = ready.natural_period
     segments: list[SlipSegment] = []
     seen: set[str] = set()
@@ -260,11 +257,8 @@ class JointProblem(RegressionProblem):
 
 
 def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem, Solution]:
-    """Friction laws of two discs, and the changeover, from pooled logs.
-
-    Raises:
-        StickslipError: no slip segment holds a window, or one disc is touched nowhere.
-    """
+    """Friction laws of two discs, and the changeover, from pooled logs. StickslipError: no slip segment holds a window,
+    or one disc is touched nowhere."""
     problem = _problem(ready, law)
     _check_apart(problem.regression)
     problem = replace(problem, guess=options.given.start(problem))

@@ -75,11 +75,8 @@ def as_stated(estimate: Estimate) -> Adjusted:
 
 def adjust(ready: Pool, first: Estimate, options: Options, radii_hold: bool = False) -> Adjusted:
     """The same fit with adjusted constants. radii_hold: slips without a law do not ask for other radii (`contest`), so
-    that those which a law asks for are its own error.
-
-    Raises:
-        ContradictedRadii: R or r contradicts the logs (R only where an encoder shows the laser's gain).
-    """
+    that those which a law asks for are its own error. ContradictedRadii: R or r contradicts the logs (R only where an
+    encoder shows the laser's gain)."""
     try:
         # what a parameter of the law that is held misses would pass for constants that are off
         fixed = set(first.law.names) & set(first.solution.fixed)

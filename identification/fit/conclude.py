@@ -50,11 +50,8 @@ def conclude(
     sticks: bool = True,
 ) -> FrictionFit:
     """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator;
-    sticks: whether they are asked too.
-
-    Raises:
-        StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
-    """
+    sticks: whether they are asked too. StickslipError: the logs do not determine the parameters one by one, or as in
+    `infer`."""
     estimate = solved.estimate
     estimator, problem, solution, law = estimate.estimator, estimate.problem, estimate.solution, estimate.law
     searched_problem, at_searched, free = searched(problem, solution)

@@ -118,11 +118,8 @@ class _Work:
         return adjust(self.ready, estimate, options, radii_hold)
 
     def without_causes(self) -> FrictionFit:
-        """The fit without disturbances; with constants as stated where a disturbance takes them off.
-
-        Raises:
-            ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
-        """
+        """The fit without disturbances; with constants as stated where a disturbance takes them off. ContradictedRadii:
+        R or r contradicts the logs, and no disturbance explains that better."""
         first, options = self.estimated("search")
         try:
             solved = adjust(self.ready, first, options)
@@ -177,11 +174,8 @@ class _Work:
         return fit if result is None else with_spread(fit, result)
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
-        """The fit with the disturbances that are named, or that its slips show.
-
-        Raises:
-            ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
-        """
+        """The fit with the disturbances that are named, or that its slips show. ContradictedRadii: R or r contradicts
+        the logs, and no disturbance explains that better."""
         failed, first, options = None, None, self.options
         try:
             first, options = self.estimated("search")

@@ -69,11 +69,8 @@ def target_of(ready: Pool, fit: FrictionFit, workers: int | None = None) -> Targ
 
 
 def check_samplable(estimator: str) -> None:
-    """Whether there is a posterior of fits by this estimator, here, before the work.
-
-    Raises:
-        StickslipError: it has none, or emcee is not installed.
-    """
+    """Whether there is a posterior of fits by this estimator, here, before the work. StickslipError: it has none, or
+    emcee is not installed."""
     if estimator not in ABLE:
         raise StickslipError(
             f"The estimator '{estimator}' has no likelihood of what the sensors show. A posterior is sampled by "

@@ -67,11 +67,7 @@ _last: WeakKeyDictionary[Pool, dict[str, Rival]] = WeakKeyDictionary()
 
 def weak_fits(ready: Pool, laws: Mapping[str, FittableLaw], options: Options) -> dict[str, Rival]:
     """Laws by a weak form of few nodes, with the disturbances of these options: what costs next to nothing. The last
-    fits are kept with the pool.
-
-    Raises:
-        StickslipError: the logs cannot be fitted by the weak form.
-    """
+    fits are kept with the pool. StickslipError: the logs cannot be fitted by the weak form."""
     before, fits = _last.get(ready, {}), dict[str, Rival]()
     seen = tuple(term for term in options.disturbances if term.by_inverse_dynamics)
     options, zeros = replace(options, disturbances=seen), np.zeros(len(seen))
@@ -102,11 +98,7 @@ def fit_rivals(
     progress: Callable[[float], None] | None = None,
 ) -> Rivals:
     """Fit laws to the residuals of a solved estimate. start: first values (m,) of a law's parameters; ``progress`` is
-    told the fraction done.
-
-    Raises:
-        StickslipError: the estimate is of two discs.
-    """
+    told the fraction done. StickslipError: the estimate is of two discs."""
     base = Rival(first.law, first.problem, first.solution)
     fitted, refused, nested = {}, {}, list[tuple[str, str]]()
     for number, (name, law) in enumerate(sorted(laws.items(), key=lambda item: len(item[1].parameters))):

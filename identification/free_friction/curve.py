@@ -79,11 +79,7 @@ def slips_of(ready: Pool, segments: Sequence[ShootingSegment]) -> Slips:
 
 def begun(slips: Slips) -> Guess:
     """A guess that follows the slips, from inverse dynamics and what the sensors show, with noise that is taken for
-    larger at first.
-
-    Raises:
-        StickslipError: no slip holds a window of inverse dynamics.
-    """
+    larger at first. StickslipError: no slip holds a window of inverse dynamics."""
     samples = friction_samples(slips.ready)
     basis = slips.curve.weights(np.abs(samples.slip))
     straight = basis.T @ basis + BENDS.T @ BENDS
@@ -102,10 +98,7 @@ def begun(slips: Slips) -> Guess:
 def settled(slips: Slips, guess: Guess, near: tuple[float, float] | None = None) -> tuple[Guess, float, float]:
     """The best guess, the tau of greatest likelihood, the least where none is likelier by much, and the sum of squares
     that slips have under the widest torque. near: tau and this sum, where the guess is near that of other columns.
-
-    Raises:
-        StickslipError: as in `ShootingProblem.run`.
-    """
+    StickslipError: as in `ShootingProblem.run`."""
     known, widest = Known.of(slips), TAUS[-1]
     loose, followed = guess, 0.0
     if near is not None:

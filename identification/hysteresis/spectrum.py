@@ -98,11 +98,7 @@ class SliderSpectrum:
 def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: bool | None = None) -> SliderSpectrum:
     """The sliders of logs together. logs: all with a load or none, all with the conditions ``factors``; factors:
     conditions by which stiffnesses and damping grow; rate: whether speeds are asked too; as all logs have times where
-    None.
-
-    Raises:
-        StickslipError: no log, a condition that a log lacks, or loads of some of them alone.
-    """
+    None. StickslipError: no log, a condition that a log lacks, or loads of some of them alone."""
     if not logs:
         raise StickslipError("There is no log. Give one, better several of different amplitudes.")
     loaded = logs[0].load is not None

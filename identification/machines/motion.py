@@ -82,11 +82,8 @@ class Cutoffs:
 
 def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs | None) -> list[JointMotion]:
     """All pieces of logs, at the step of the slowest of them; as their recipe filters them if there are no cutoffs.
-
-    Raises:
-        StickslipError: a log is too short or too slow for the cutoffs, has no positions or no recipe, time runs back,
-            or a joint never moves.
-    """
+    StickslipError: a log is too short or too slow for the cutoffs, has no positions or no recipe, time runs back, or a
+    joint never moves."""
     if cutoffs is None:
         for log in logs:
             if not log.ready:

@@ -68,12 +68,9 @@ class Regressor:
 
 
 def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None) -> Regressor:
-    """The regressor of a mechanism. known: values of parameters that are not to be found, by name.
-
-    Raises:
-        StickslipError: a parameter is not there, nothing is to be found, an input does not drive one joint alone, a
-            contact opens, or the efforts are not linear in products of parameters.
-    """
+    """The regressor of a mechanism. known: values of parameters that are not to be found, by name. StickslipError: a
+    parameter is not there, nothing is to be found, an input does not drive one joint alone, a contact opens, or the
+    efforts are not linear in products of parameters."""
     missing = f"{mechanism.name} has no parameter"
     given = (known or {}).items()
     values = {named(mechanism.parameters, name, f"{missing} '{name}'."): float(value) for name, value in given}
@@ -124,11 +121,7 @@ def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> s
 
 
 def effort_inputs(mechanism: Mechanism) -> list[Input]:
-    """The input that is the effort on each coordinate.
-
-    Raises:
-        StickslipError: a coordinate has none, or shares it.
-    """
+    """The input that is the effort on each coordinate. StickslipError: a coordinate has none, or shares it."""
     return _drives(mechanism)[0]
 
 

@@ -204,11 +204,8 @@ class Forecast:
     def informations(
         self, settings: Mapping[str, float], signals: Mapping[str, Signal] | None = None
     ) -> list[np.ndarray]:
-        """(m, m) that the log of an experiment adds, at each of the points.
-
-        Raises:
-            StickslipError: it has no run, or that no derivative.
-        """
+        """(m, m) that the log of an experiment adds, at each of the points. StickslipError: it has no run, or that no
+        derivative."""
         fmu = self.subject.fmu
         constants = {name: value for name, value in self.calibration.reading.inputs.items() if value is not None}
         inputs = {name: value for name, value in {**constants, **settings}.items() if name in fmu.inputs}

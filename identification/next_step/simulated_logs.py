@@ -275,10 +275,7 @@ def found(fit: FrictionFit) -> list[FittedParameter]:
 
 def stated_size(fit: FrictionFit) -> float:
     """Mean ln of the deviations of the parameters found, nearer to that of white residuals by what chance makes.
-
-    Raises:
-        StickslipError: the fit does not determine them one by one.
-    """
+    StickslipError: the fit does not determine them one by one."""
     stated, white = (
         np.array([getattr(parameter, name) for parameter in found(fit)])
         for name in ("standard_deviation", "plain_deviation")

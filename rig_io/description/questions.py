@@ -116,11 +116,7 @@ def _constants(draft: Draft) -> list[str]:
 
 
 def answered(draft: Draft, question: Question, text: str) -> Answers:
-    """The answers with one more.
-
-    Raises:
-        StickslipError: the answer is not of the form that is asked for.
-    """
+    """The answers with one more. StickslipError: the answer is not of the form that is asked for."""
     answer = text.strip() or question.proposal
     if not answer:
         raise StickslipError(f"An answer is needed: {question.form}.")

@@ -229,11 +229,8 @@ def read_package(
 
 
 def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
-    """Refuse before the work what `write_package` would refuse after it.
-
-    Raises:
-        StickslipError: no name, a name that cannot be a file's, two alike, or a folder that holds something already.
-    """
+    """Refuse before the work what `write_package` would refuse after it. StickslipError: no name, a name that cannot be
+    a file's, two alike, or a folder that holds something already."""
     if not names:
         raise StickslipError("A package needs at least one log.")
     for name in names:

@@ -23,10 +23,7 @@ TIME = "time"
 
 def read(path: Path) -> Table:
     """Read every channel as a column; the column of X becomes ``time``, or is made from its begin and step.
-
-    Raises:
-        StickslipError: the file is missing or no LVM file, has several segments, or a row that is none; with its line.
-    """
+    StickslipError: the file is missing or no LVM file, has several segments, or a row that is none; with its line."""
     check_file(path, "a LabVIEW measurement file")
     with open(path, "rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
         start = 3 if data[:3] == codecs.BOM_UTF8 else 0

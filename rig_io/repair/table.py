@@ -135,11 +135,8 @@ def _in_unit(table: Table, column: LogColumn, values: np.ndarray, unit: str | No
 
 
 def check_edges(table: Table, columns: Mapping[str, np.ndarray], breaks: Sequence[int]) -> None:
-    """Edge times of each recording against its ticks and its counts.
-
-    Raises:
-        StickslipError: edges stamped by another clock, or in another unit, or not at all.
-    """
+    """Edge times of each recording against its ticks and its counts. StickslipError: edges stamped by another clock, or
+    in another unit, or not at all."""
     for name in columns:
         if name.endswith("_edge_time"):
             for first, last in pairwise([0, *breaks, len(columns[TIME.name])]):

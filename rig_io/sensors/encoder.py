@@ -123,10 +123,7 @@ def edges(log: RigLog, instrument: str = "encoder") -> Edges:
 
 def velocity_mid_interval(log: RigLog, instrument: str = "encoder") -> tuple[np.ndarray, np.ndarray]:
     """Times (m,) in s and speeds (m,) in rad/s at the middle of each interval between edges passed in one direction.
-
-    Raises:
-        StickslipError: no such encoder in the log.
-    """
+    StickslipError: no such encoder in the log."""
     measured = edges(log, instrument)
     # intervals that hold no reversal
     same = (np.diff(measured.direction) == 0) & (np.diff(measured.run) == 0) & (np.diff(measured.time) > 0)
@@ -136,10 +133,7 @@ def velocity_mid_interval(log: RigLog, instrument: str = "encoder") -> tuple[np.
 
 def drive_speed(log: RigLog, disc: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Times (m,) in s and speeds (m,) in rad/s of a driving disc: its column of speed, else its encoder, mid-interval.
-
-    Raises:
-        StickslipError: the log holds neither.
-    """
+    StickslipError: the log holds neither."""
     name = f"drive{disc}"
     if log.has(f"{name}_speed"):
         return log.time, log.column(f"{name}_speed")

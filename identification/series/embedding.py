@@ -75,9 +75,10 @@ def false_neighbours(x: np.ndarray, delay: int, noise: float, apart: int) -> np.
         points = delayed(x, delay, dimension + 1)
         if len(points) < 50:
             break
-        seen = np.arange(0, len(points), max(len(points) // SAMPLES, 1))
+        stride = max(len(points) // SAMPLES, 1)
+        seen = np.arange(0, len(points), stride)
         tree = KDTree(points[seen, :-1])
-        distance, index = tree.query(points[seen, :-1], k=min(2 + 2 * apart // max(seen[1], 1), 60, len(seen)))
+        distance, index = tree.query(points[seen, :-1], k=min(2 + 2 * apart // stride, 60, len(seen)))
         allowed = np.abs(seen[index] - seen[:, None]) > apart
         rows = np.flatnonzero(allowed.any(1))
         place = np.argmax(allowed[rows], 1)

@@ -8,6 +8,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from identification.hysteresis.read import columns_by_role, numbers_by_role
+from rig_io.logs.table import Table
 from rig_io.readers import read_table
 
 TIME = {"time": r"t(ime)?|zeit"}
@@ -68,7 +69,7 @@ def read_series(
     return [_series(table, name, clock, rate) for name in wanted]
 
 
-def _series(table, column: str, clock: str | None, rate: float | None) -> Series:
+def _series(table: Table, column: str, clock: str | None, rate: float | None) -> Series:
     """One column, resampled where its times ask for it."""
     name, notes = f"{Path(table.source.strip(chr(39))).name}: {column}", []
     if clock is None:

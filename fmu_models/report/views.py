@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import fmu_models.report.equilibrium_views  # noqa: F401  registers what it draws
+import fmu_models.report.equilibrium_views  # registers what it draws
+import fmu_models.report.plane_view  # noqa: F401  the same
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import Chart

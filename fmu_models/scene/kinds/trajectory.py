@@ -1,7 +1,7 @@
 """The run itself: states and outputs at its end, and their extremes.
 
-Results: `<state>` and `<output>` at the end, `<name>_min`, `<name>_max`, `events`, `last_event` (when), and of the first
-events `event_1` and so on, when they are.
+Results: `<state>` and `<output>` at the end, `<name>_min`, `<name>_max`, `events`; when the first ones are, `event_1`
+and so on, and `last_event`.
 """
 
 from typing import Any

@@ -9,7 +9,6 @@ triggered output or local   when the FMU does
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,8 +60,7 @@ def clocks_of(fmu: Fmu) -> list[FmuClock]:
     """
     if fmu.fmi == 2 or not any(v.type == "Clock" for v in fmu.variables.values()):
         return []
-    variables = ElementTree.parse(fmu.folder / "modelDescription.xml").find("ModelVariables")
-    elements = [] if variables is None else variables.findall("Clock")
+    elements = fmu.elements("ModelVariables/Clock")
     if len(elements) > _MOST:
         raise StickslipError(f"'{fmu.path}' has {len(elements)} clocks; up to {_MOST} are run.")
     try:

@@ -8,7 +8,6 @@ from ctypes import POINTER, byref, c_char_p, c_int, c_int32, c_int64, c_size_t, 
 from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from fmu_models.fmu.library import unload
 from fmu_models.toolchain import compiler
 
 if TYPE_CHECKING:
-    from fmpy.model_description import ModelExchange, ScalarVariable
+    from fmpy.model_description import ScalarVariable
 
 _C = declarations("importer/c/master.h", "importer/c/fmi_calls.h")
 F = _C.constants("Function", "F_")
@@ -217,7 +216,8 @@ class Instance:
         exchange, stepping = self.fmu.description.modelExchange, self.fmu.description.coSimulation
         if exchange is not None and not self.co_simulation:
             calls.completes = bool(exchange.needsCompletedIntegratorStep)
-            calls.directional = _directional(self.fmu, exchange) and calls.function[F.DIRECTIONAL] is not None
+            offered = bool(exchange.providesDirectionalDerivative)
+            calls.directional = offered and calls.function[F.DIRECTIONAL] is not None
         elif stepping is not None and self.fmu.fmi == 3:
             calls.event_mode = bool(stepping.hasEventMode)
             returns = stepping.mightReturnEarlyFromDoStep or stepping.canReturnEarlyAfterIntermediateUpdate
@@ -274,9 +274,8 @@ class Instance:
     @cached_property
     def _intermediate(self) -> frozenset[str]:
         """Names of the variables that may be accessed inside a step; fmpy does not tell."""
-        variables = ElementTree.parse(self.fmu.folder / "modelDescription.xml").find("ModelVariables")
-        marked = [] if variables is None else [e for e in variables if e.get("intermediateUpdate") in ("true", "1")]
-        return frozenset(element.get("name", "") for element in marked)
+        variables = self.fmu.elements("ModelVariables/*")
+        return frozenset(e.get("name", "") for e in variables if e.get("intermediateUpdate") in ("true", "1"))
 
     def _configure(self, names: Collection[str]) -> None:
         """Sizes of arrays, again after every reset."""
@@ -333,26 +332,16 @@ def _release(free: Callable[[int], object], pointer: int, dll: ctypes.CDLL, *_us
 
 
 def _no_interface(fmu: Fmu, kind: str) -> str:
-    has = [
-        name for name in ("modelExchange", "coSimulation", "scheduledExecution") if getattr(fmu.description, name, None)
-    ]
     words = {
         "modelExchange": "Model Exchange",
         "coSimulation": "Co-Simulation",
         "scheduledExecution": "Scheduled Execution",
     }
-    listed = " and ".join(words[name] for name in has) or "no interface at all"
+    has = [text for name, text in words.items() if getattr(fmu.description, name, None)]
+    listed = " and ".join(has) or "no interface at all"
     if kind != "modelExchange":
         return f"'{fmu.path}' offers {listed}, but no {words[kind]}. Leave method and step out, or choose 'auto'."
     return (
         f"'{fmu.path}' offers {listed}, but no Model Exchange, which methods of integration need. "
         "Choose the method 'co-simulation'."
     )
-
-
-def _directional(fmu: Fmu, interface: "ModelExchange") -> bool:
-    if fmu.fmi == 2:
-        return bool(interface.providesDirectionalDerivative)
-    # fmpy looks for the name it has in FMI 2
-    element = ElementTree.parse(fmu.folder / "modelDescription.xml").find("ModelExchange")
-    return element is not None and element.get("providesDirectionalDerivatives") in ("true", "1")

@@ -55,11 +55,9 @@ class Moreau:
 
     @property
     def name(self) -> str:
-        """With its theta."""
         return f"Moreau time-stepping, theta {self.theta:g}"
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
-        """Refuse what it cannot treat."""
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
             if contact.poisson:

@@ -45,7 +45,6 @@ class HeyokaTaylor:
 
     @property
     def name(self) -> str:
-        """The peer."""
         return "heyoka.py" + (", long double" if self.extended else "")
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
@@ -129,7 +128,6 @@ class _HeyokaStepper:
         return made_one
 
     def advance(self, mode: Mode, t: Number, z: State, stop: Number) -> tuple[Number, State, int | None]:
-        """Until an event or the end."""
         if t >= stop:
             return t, z, None
         integrator = self._integrator(mode, len(z))

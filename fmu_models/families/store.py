@@ -252,11 +252,7 @@ class Stage:
         return True
 
     def put(self, k: int, rows: RunRows) -> None:
-        """Keep a chunk.
-
-        Raises:
-            WriteError: the disk is full.
-        """
+        """Keep a chunk. WriteError: the disk is full."""
         with on_disk(self.path):
             self._log.put(k, _packed(rows))
         if len(self._fresh) < FRESH:
@@ -283,11 +279,7 @@ class Chain:
         self.texts = [log.get(number).decode() for number in log.numbers]
 
     def put(self, text: str) -> None:
-        """Keep the next one.
-
-        Raises:
-            WriteError: the disk is full.
-        """
+        """Keep the next one. WriteError: the disk is full."""
         with on_disk(self.path):
             self._log.put(len(self.texts), text.encode())
         self.texts.append(text)

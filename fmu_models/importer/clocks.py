@@ -212,11 +212,7 @@ def check_event_mode(fmu: Fmu, *, offered: bool) -> None:
 
 
 def refuse_clocks(fmu: Fmu, doing: str) -> None:
-    """Refuse an FMU with clocks that somebody must tick, where nobody does.
-
-    Raises:
-        StickslipError: it has some.
-    """
+    """Refuse an FMU with clocks that somebody must tick, where nobody does. StickslipError: it has some."""
     names = [clock.name for clock in clocks_of(fmu) if clock.ticked_by_importer]
     if names:
         raise StickslipError(f"'{fmu.path}' has the clocks {', '.join(names)}, which {doing} does not tick.")

@@ -92,11 +92,7 @@ EVENT = np.dtype(_C.structure("MasterEvent"))
 
 @cache
 def master_library() -> ctypes.CDLL:
-    """The compiled master.
-
-    Raises:
-        StickslipError: the compiler is missing.
-    """
+    """The compiled master. StickslipError: the compiler is missing."""
     package = Path(compiler.__file__).parents[1]
     files = sorted(path for path in (package / "importer" / "c").iterdir() if path.suffix in (".c", ".h"))
     files += [package / "engine" / "step" / name for name in ("roots.c", "roots.h")]
@@ -181,11 +177,7 @@ class Instance:
         return self.log.message.decode("utf-8", "replace").strip()
 
     def function(self, name: str) -> Any:
-        """One of the library by its name without ``fmi2``.
-
-        Raises:
-            StickslipError: the library has none.
-        """
+        """One of the library by its name without ``fmi2``. StickslipError: the library has none."""
         try:
             return self.dll[f"fmi{self.fmu.fmi}{name}"]
         except AttributeError:

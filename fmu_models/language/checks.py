@@ -162,11 +162,7 @@ def _check_symbols(mechanism: Body) -> None:
 
 
 def check_requirements(declared: Declaration) -> None:
-    """Refuse requirements of more than parameters.
-
-    Raises:
-        StickslipError: which requirement.
-    """
+    """Refuse requirements of more than parameters. StickslipError: which requirement."""
     for requirement in declared.all_requirements:
         if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):
             raise StickslipError(f"{declared.name}: the requirement '{requirement.sentence}' may use parameters only.")

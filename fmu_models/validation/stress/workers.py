@@ -101,11 +101,7 @@ def listed_cases(models: list[str], pattern: str | None, until: float | None, qu
 
 
 def drawn_cases(models: list[str], count: int, seed: int, until: float | None) -> list[Case]:
-    """So many cases, as equal numbers of each model as there can be.
-
-    Raises:
-        StickslipError: an unknown model.
-    """
+    """So many cases, as equal numbers of each model as there can be. StickslipError: an unknown model."""
     names = list(dict.fromkeys(models)) or oscillators.names()
     share, remainder = divmod(count, len(names))
     return [case for i, name in enumerate(names) for case in drawn(name, share + (i < remainder), seed, until)]

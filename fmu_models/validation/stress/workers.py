@@ -51,17 +51,14 @@ def judged(
     for done, (number, outcome) in enumerate(outcomes, 1):
         progress(done / len(cases))
         if isinstance(outcome, IsolatedFailure):
-            yield _failed(cases[number], outcome, pool.limits.time)
+            reason = f"the process died (exit code {outcome.code})"
+            if outcome.cause == "time":
+                reason = f"no answer within {pool.limits.time:g} s"
+            yield StressCell(cases[number], "failed", None, "process", reason, seconds=outcome.seconds)
         elif isinstance(outcome, Exception):
             raise outcome
         else:
             yield outcome
-
-
-def _failed(case: Case, failure: IsolatedFailure, patience: float | None) -> StressCell:
-    late = failure.cause == "time"
-    reason = f"no answer within {patience:g} s" if late else f"the process died (exit code {failure.code})"
-    return StressCell(case, "failed", None, "process", reason, seconds=failure.seconds)
 
 
 class _Judge:

@@ -99,7 +99,6 @@ def explored(subject: ExplorerSubject, plot: Sequence[str] | None = None) -> Exp
 def _still(subject: ExplorerSubject, plane: tuple[str, str]) -> str:
     """The portrait of the motion from the default start, as SVG without styles, which the policy would refuse."""
     fmu = subject.fmu
-
     until = subject.until or _STILL
     x, y = plane
     start = {name: subject.values[name] for name in (*fmu.states, *fmu.memories) if name in subject.values}

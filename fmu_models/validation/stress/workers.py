@@ -8,7 +8,9 @@ answer in time, is a failed cell of that case, and another child takes its place
 import fnmatch
 import operator
 import os
+import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 from fmu_models import oscillators
 from fmu_models.base.child_process import IsolatedFailure, Limits
@@ -74,7 +76,9 @@ class _Judge:
             if self.second is None or case.model != self.name:
                 self.second = SecondPath(StressSubject.of(oscillators.load(case.model), Fmu.open(built(case.model))))
                 self.name = case.model
-            return cross_check(case, self.second) if case.of == RANDOM else judge(case, self.second.subject)
+            started = time.perf_counter()
+            cell = cross_check(case, self.second) if case.of == RANDOM else judge(case, self.second.subject)
+            return replace(cell, seconds=time.perf_counter() - started)
         except Exception as error:  # a fault of the judge is a failed cell, not the end of the grid
             return StressCell(case, "failed", None, "program", f"{type(error).__name__}: {error}")
 

@@ -133,9 +133,9 @@ class _HeyokaStepper:
         integrator = self._integrator(mode, len(z))
         integrator.time = t
         integrator.state[:] = z
-        if self.run.watches(mode):
-            integrator.reset_cooldowns()
         watched = self.run.watches(mode)
+        if watched:
+            integrator.reset_cooldowns()
         while True:
             budget = max(1, self.most - self.steps) if self.most else 0
             outcome, _, _, steps, _, _ = integrator.propagate_until(stop, max_steps=budget)
@@ -154,6 +154,6 @@ class _HeyokaStepper:
             integrator.reset_cooldowns()
         if outcome == self.heyoka.taylor_outcome.time_limit:
             return stop, integrator.state.copy(), None
-        if code < 0 and -code - 1 < len(self.run.watches(mode)):
-            return integrator.time, integrator.state.copy(), -code - 1
+        if code < 0 and fell < len(watched):
+            return integrator.time, integrator.state.copy(), fell
         raise NotTreated(f"heyoka.py stopped at {float(integrator.time):g} s: {outcome}.")

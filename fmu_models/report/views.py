@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import fmu_models.report.equilibrium_views  # noqa: F401  registers what it draws
+import fmu_models.report.equilibrium_views  # registers what it draws
+import fmu_models.report.plane_view  # noqa: F401  the same
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import Chart
@@ -61,7 +62,8 @@ def _(diagram: Diagram, axes: Axes) -> None:
         )
     if diagram.branches is not None:
         draw_branches(diagram.branches.branches, diagram.of, axes)
-    axes.set(xlabel=with_unit(diagram.over, diagram.units), ylabel=with_unit(diagram.of, diagram.units))
+    shown = diagram.amount.label if diagram.amount else diagram.of
+    axes.set(xlabel=with_unit(diagram.over, diagram.units), ylabel=with_unit(shown, diagram.units))
     axes.set_title(diagram.model, fontsize="medium")
     if len(diagram.directions) > 1:
         dots = [

@@ -68,10 +68,7 @@ def free_parameters(
     priors: Mapping[str, tuple[float, float]],
 ) -> tuple[FreeParameter, ...]:
     """The parameters ``free`` of an FMU, which begin at ``held`` or their default. priors: value, standard deviation.
-
-    Raises:
-        StickslipError: an unknown or structural parameter, one that is named twice, a first value outside its bounds.
-    """
+    StickslipError: an unknown or structural parameter, one that is named twice, a first value outside its bounds."""
     named = (*free, *held, *bounds, *priors)
     for name in named:
         _check(fmu, name, [*fmu.parameters, *fmu.states, *fmu.memories])
@@ -116,7 +113,8 @@ def _free(
 ) -> FreeParameter:
     variable = fmu.variables[name]
     unit, first = str(variable.unit or "1"), float(variable.start or 0.0) if value is None else float(value)
-    least, most = (float(text) if text is not None else end for text, end in _ends(variable))
+    declared = (getattr(variable, "min", None), -math.inf), (getattr(variable, "max", None), math.inf)
+    least, most = (float(text) if text is not None else end for text, end in declared)
     low, high = bounds or (least, most)
     low, high = max(low, least), min(high, most)
     if not low <= first <= high or low == high:
@@ -132,10 +130,6 @@ def _free(
         low, high = max(low, first - 2 * math.pi), min(high, first + 2 * math.pi)
     known = Prior(name, prior[0], unit, prior[1], "given") if prior else None
     return FreeParameter(first, Unknown(name, unit, low, high, str(variable.description or ""), known), logarithmic)
-
-
-def _ends(variable: object) -> tuple[tuple[str | None, float], tuple[str | None, float]]:
-    return (getattr(variable, "min", None), -math.inf), (getattr(variable, "max", None), math.inf)
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,11 +87,7 @@ class ShootingProblem(FrictionProblem):
         return self.first
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
-        """Residuals with the start states projected out.
-
-        Raises:
-            StickslipError: the model cannot be run at x.
-        """
+        """Residuals with the start states projected out. StickslipError: the model cannot be run at x."""
         key = np.asarray(x, dtype=float).tobytes()
         for point, evaluation, starts in self._last:
             if point == key:

@@ -77,11 +77,8 @@ class FittedModel(Shown):
     def states_at(
         self, drive_speeds: Mapping[str, float], time: float, start: Mapping[str, float] | None = None
     ) -> tuple[dict[str, float], Sequence[Event]]:
-        """States at a time (s) after a start, and the events until then.
-
-        Raises:
-            StickslipError: values out of the model's range.
-        """
+        """States at a time (s) after a start, and the events until then. StickslipError: values out of the model's
+        range."""
         run = self._trajectory(drive_speeds, np.array([time]), start)
         states = {name: float(run[name][-1]) for name in self.fmu.states}
         modes = {f"{contact}_state": float(run[f"{contact}_state"][-1]) for contact in self.contacts}

@@ -39,7 +39,7 @@ def test_the_picture_has_what_is_stable_and_what_is_not(doubling, tmp_path):
     axes = doubling.plot()
     lines = [one for one in axes.collections if hasattr(one, "get_segments")]
     assert len(lines) == 1 + 2 + 4
-    assert {round(width, 1) for width in lines[0].get_linewidths()} == {2.0, 0.7}
+    assert {round(width, 1) for width in lines[0].get_linewidths()} == {1.6, 0.9}
     drawn = np.concatenate(lines[0].get_segments())
     assert drawn[:, 1] == pytest.approx(1.0 - 1.0 / drawn[:, 0], abs=1e-9)
     assert np.abs(drawn[:, 0] - 3.0).min() < 1e-11  # a flip lies on the line, and what is stable ends there

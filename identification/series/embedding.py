@@ -79,6 +79,7 @@ def false_neighbours(x: np.ndarray, delay: int, noise: float, apart: int) -> np.
         seen = np.arange(0, len(points), stride)
         tree = KDTree(points[seen, :-1])
         distance, index = tree.query(points[seen, :-1], k=min(2 + 2 * apart // stride, 60, len(seen)))
+        index = np.asarray(index)
         allowed = np.abs(seen[index] - seen[:, None]) > apart
         rows = np.flatnonzero(allowed.any(1))
         place = np.argmax(allowed[rows], 1)

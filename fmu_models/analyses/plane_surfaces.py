@@ -16,7 +16,7 @@ Source: Filippov, Differential Equations with Discontinuous Righthand Sides (198
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -27,9 +27,10 @@ from fmu_models.simulation.field import FieldRates, VectorField
 
 CELLS = 60  # of the grid along each state
 OFFSET = 0.381  # of a cell: no node lies on a surface through round numbers
-BISECTIONS, BESIDE = 52, 1e-11  # of an edge between two nodes; of its length, where a side is looked at
-SURELY = 1e-10  # of the rates: less towards a surface is rounding
+BISECTIONS, BESIDE = 40, 1e-9  # of an edge between two nodes; of its length, where a side is looked at
+SURELY = 5e-12  # of the rates: less towards a surface is rounding
 RESTS = 1e-9  # of the largest rate along a surface: less is none
+FARTHER = 2.5  # points beyond the last that slides, where the end is sought: a corner has none in between
 STILL = 3  # neighbours without a rate are a set
 
 
@@ -87,81 +88,83 @@ class Surface:
 
     def __init__(self, field: VectorField, limits: Vector, contact: int, edges: Vector) -> None:
         self.field, self.limits, self.contact, self.edges = field, limits, contact, edges
-        seen = rates_at(field, edges[0, 0])
-        self.state = None if seen is None else seen.contacts[contact]
+        self.size = limits[1] - limits[0]
+        self.state = self._word(edges[0, 0])[contact]
         self.points = np.array([self._between(edge) for edge in edges])
+        self._along = np.diff(self.points, axis=0, append=2.0 * self.points[-1:] - self.points[-2:-1]) / self.size
 
-    def _inside(self, point: Vector) -> bool:
+    def _word(self, point: Vector) -> tuple[int | None, ...]:
         seen = rates_at(self.field, point)
-        return (None if seen is None else seen.contacts[self.contact]) == self.state
+        return (None,) * len(self.field.contacts) if seen is None else seen.contacts
 
     def _between(self, edge: Vector) -> Vector:
         inside, outside = edge
         for _ in range(BISECTIONS):
             middle = 0.5 * (inside + outside)
-            inside, outside = (middle, outside) if self._inside(middle) else (inside, middle)
+            inside, outside = (middle, outside) if self._word(middle)[self.contact] == self.state else (inside, middle)
         return 0.5 * (inside + outside)
 
-    def at(self, place: float) -> tuple[Vector, tuple[float, float], float, float]:
-        """At a place, in numbers of points: the point, how surely the surface attracts and repels there (> 0: it does),
-        in shares of the rates and of the box, the rate along it and the largest beside it, in boxes a second."""
-        i = min(int(place), len(self.points) - 2)
-        share, size = place - i, self.limits[1] - self.limits[0]
-        edge = (1.0 - share) * self.edges[i] + share * self.edges[i + 1]
-        point = self._between(edge) if share % 1.0 else self.points[i + int(share)]
-        along = (self.points[i + 1] - self.points[i]) / size
-        along /= np.linalg.norm(along)
+    def at(self, i: int, edge: Vector, point: Vector | None = None) -> tuple[Vector, Vector, float, float]:
+        """On an edge beside point i: the point, how surely the surface attracts and repels there (> 0: it does), in
+        shares of the rates, the rate along it and the largest beside it, in boxes a second."""
+        point = self._between(edge) if point is None else point
+        along = self._along[i] / np.linalg.norm(self._along[i])
         normal, step = np.array([-along[1], along[0]]), BESIDE * (edge[0] - edge[1])
-        normal *= np.sign(normal @ (step / size)) or 1.0
+        normal *= np.sign(normal @ (step / self.size)) or 1.0
         sides = [rates_at(self.field, point + sense * step) for sense in (1.0, -1.0)]
         if sides[0] is None or sides[1] is None:
-            return point, (-1.0, -1.0), np.nan, 0.0
-        inner, outer = (side.rates / size for side in sides if side is not None)
+            return point, np.full(2, -1.0), np.nan, 0.0
+        inner, outer = (side.rates / self.size for side in sides if side is not None)
         towards, largest = np.array([-normal @ inner, normal @ outer]), np.abs([inner, outer]).max() or 1.0
-        room = float(np.minimum(point - self.limits[0], self.limits[1] - point).min() / size.min())
-        surely = (min(float((sense * towards).min() / largest) - SURELY, room) for sense in (1.0, -1.0))
+        surely = np.array([towards.min(), (-towards).min()]) / largest - SURELY
+        if not ((point >= self.limits[0]) & (point <= self.limits[1])).all():
+            surely[:] = -1.0
         slid = (towards[1] * inner + towards[0] * outer) / (towards.sum() or np.inf)
-        return point, (next(surely), next(surely)), float(along @ slid), largest
+        return point, surely, float(along @ slid), largest
 
     def slidings(self) -> Iterator[tuple[Sliding, list[Rest]]]:
         """The parts along which motions slide, with the points of rest on each."""
-        seen = [self.at(float(i)) for i in range(len(self.points))]
+        seen = [self.at(i, *pair) for i, pair in enumerate(zip(self.edges, self.points, strict=True))]
         for column, attracting in ((0, True), (1, False)):
             for slides, run in groupby(range(len(seen)), key=lambda i, column=column: seen[i][1][column] > 0.0):
+                if not slides:
+                    continue
                 inside = list(run)
-                if slides:
-                    ends = (self._end(inside[0], -1, column), self._end(inside[-1], 1, column))
-                    places = sorted({ends[0], *map(float, inside), ends[1]})
-                    points = np.array([self.at(place)[0] for place in places])
-                    yield (
-                        Sliding(self.field.contacts[self.contact], points, attracting),
-                        self._rests(places, attracting),
-                    )
+                ends = [(i, self._end(i, sense, column)) for i, sense in ((inside[0], -1.0), (inside[-1], 1.0))]
+                stations = [ends[0], *((i, self.edges[i]) for i in inside), ends[1]]
+                passed = [self.at(*ends[0]), *(seen[i] for i in inside), self.at(*ends[1])]
+                points = np.array([station[0] for station in passed])
+                part = Sliding(self.field.contacts[self.contact], points, attracting)
+                yield part, self._rests(stations, passed, attracting)
 
-    def _end(self, i: int, step: int, column: int) -> float:
-        j = i + step
-        if not 0 <= j < len(self.points):
-            return float(i)
-        return float(brentq(lambda place: self.at(place)[1][column], *sorted((i, j)), xtol=1e-14))  # type: ignore[arg-type]
+    def _end(self, i: int, sense: float, column: int) -> Vector:
+        """The edge on which motions still slide, beyond point i along the surface."""
+        words, farther = [self._word(side) for side in self.edges[i]], sense * FARTHER * self._along[i] * self.size
 
-    def _rests(self, places: list[float], attracting: bool) -> list[Rest]:
-        seen, size = [self.at(place) for place in places], self.limits[1] - self.limits[0]
-        rates = [rate for _, _, rate, _ in seen]
-        if len(places) >= STILL and all(abs(rate) < RESTS * largest for _, _, rate, largest in seen):
-            ends = (seen[0][0], seen[-1][0])
-            return [
-                Rest("end of a set that sticks" if attracting else "saddle", end, np.zeros(0, complex)) for end in ends
-            ]
+        def slides(share: float) -> bool:
+            edge = self.edges[i] + share * farther
+            return [self._word(side) for side in edge] == words and bool(self.at(i, edge)[1][column] > 0.0)
+
+        low, high = 0.0, 1.0
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if slides(middle) else (low, middle)
+        return self.edges[i] + low * farther
+
+    def _rests(self, stations: list[tuple[int, Vector]], seen: list[Any], attracting: bool) -> list[Rest]:
+        if len(seen) >= STILL and all(abs(rate) < RESTS * largest for _, _, rate, largest in seen):
+            kind = "end of a set that sticks" if attracting else "saddle"
+            return [Rest(kind, end, np.zeros(0, complex)) for end in (seen[0][0], seen[-1][0])]
         rests = []
-        for (a, b), (before, after) in zip(pairwise(places), pairwise(rates), strict=True):
-            if not before * after < 0.0:
+        for ((i, a), (_, b)), (before, after) in zip(pairwise(stations), pairwise(seen), strict=True):
+            if not before[2] * after[2] < 0.0:
                 continue
-            place = float(brentq(lambda p: self.at(p)[2], a, b, xtol=1e-14))  # type: ignore[arg-type]
-            beside = [self.at(place + sense * 1e-3 * (b - a)) for sense in (-1.0, 1.0)]
-            slope = (beside[1][2] - beside[0][2]) / float(np.linalg.norm((beside[1][0] - beside[0][0]) / size))
+            share = float(brentq(lambda s, i=i, a=a, b=b: self.at(i, (1.0 - s) * a + s * b)[2], 0.0, 1.0, xtol=1e-14))  # type: ignore[arg-type]
+            beside = [self.at(i, (1.0 - s) * a + s * b) for s in (share - 1e-3, share, share + 1e-3)]
+            slope = (beside[2][2] - beside[0][2]) / float(np.linalg.norm((beside[2][0] - beside[0][0]) / self.size))
             same = (slope < 0.0) == attracting
             kind = f"{'stable' if attracting else 'unstable'} pseudo-equilibrium" if same else "pseudo-saddle"
-            rests.append(Rest(kind, self.at(place)[0], np.array([slope], complex)))
+            rests.append(Rest(kind, beside[1][0], np.array([slope], complex)))
         return rests
 
 

@@ -8,13 +8,13 @@ import numpy as np
 
 from fmu_models.analyses.plane import PhasePlane
 from fmu_models.base.shown import draw, tell
-from fmu_models.report.branch_views import legend_below, with_unit
+from fmu_models.report.branch_views import with_unit
 from fmu_models.report.colours import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SLIDES = {True: ("motions slide or stick", "-"), False: ("motions may leave at any time", ":")}
+SLIDES = {True: ("slide or stick", "-"), False: ("may leave at any time", ":")}
 HALVES = {"unstable": (COLOURS[1], "-"), "stable": (COLOURS[0], "--")}
 
 
@@ -43,8 +43,11 @@ def _(plane: PhasePlane, axes: Axes) -> None:
     axes.set(xlabel=with_unit(x, plane.units), ylabel=with_unit(y, plane.units))
     axes.set(xlim=plane.limits[:, 0], ylim=plane.limits[:, 1])
     axes.set_title(plane.model, fontsize="medium")
-    if handles := dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True)):  # one of each label
-        legend_below(axes, list(handles.values()))
+    one_each = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
+    narrow: dict[str, Any] = {"ncols": 2, "columnspacing": 1.0, "handlelength": 2.4, "handletextpad": 0.5}
+    if one_each:  # two columns, small: panels side by side are no wider
+        where = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.15), "fontsize": "x-small"}
+        axes.legend(handles=list(one_each.values()), frameon=False, **where, **narrow)
 
 
 def _mark(kind: str, stable: bool) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from identification.series.invariants import (
     zero_one_test,
 )
 from identification.series.read import FEWEST, Series, read_series
-from identification.series.rhythm import Lines, cycle_of, period_of, two_frequencies
+from identification.series.rhythm import LONGEST, Lines, cycle_of, period_of, two_frequencies
 from identification.series.tangent import Tangent, tangent_exponent
 
 CYCLES = 12  # below which nothing irregular is named
@@ -57,8 +57,8 @@ class SeriesInvariants(Pictured):
         *("name=series.name", "step=series.step", "unit=series.unit", "verdict", "sentence", "why", "exponent"),
         *("interval", "period", "period_error", "frequencies", "frequency_errors", "rotation", "needed", "cycles"),
         *("cycle", "end", "noise=reconstruction.noise", "delay=reconstruction.delay"),
-        *("embedding_dimension=reconstruction.dimension", "methods", "correlation_dimension", "zero_one", "surrogates"),
-        *("recurrence_numbers", "notes=series.notes"),
+        *("embedding_dimension=reconstruction.dimension", "methods", "correlation_dimension=dimension", "zero_one"),
+        *("surrogates", "recurrence", "notes=series.notes"),
     )
 
     series: Series
@@ -77,31 +77,14 @@ class SeriesInvariants(Pictured):
     recurrence: Recurrence | None = None
     exponent: float | None = None
     interval: tuple[float, float] | None = None
+    period: float | None = None
+    period_error: float | None = None
+    frequencies: tuple[float, ...] = ()
+    frequency_errors: tuple[float, ...] = ()
+    rotation: float | None = None
     needed: int | None = None
     end: float | None = None
     returns: np.ndarray = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def period(self) -> float | None:
-        return self.series.step / self.lines.frequencies[0] if self.verdict == "periodic" else None
-
-    @property
-    def period_error(self) -> float | None:
-        return None if self.period is None else self.period * self.lines.errors[0] / self.lines.frequencies[0]
-
-    @property
-    def frequencies(self) -> tuple[float, ...]:
-        return tuple(one / self.series.step for one in self.lines.frequencies) if self.rotation is not None else ()
-
-    @property
-    def frequency_errors(self) -> tuple[float, ...]:
-        return tuple(one / self.series.step for one in self.lines.errors) if self.rotation is not None else ()
-
-    @property
-    def rotation(self) -> float | None:
-        if self.verdict != "quasiperiodic":
-            return None
-        return self.lines.frequencies[1] / self.lines.frequencies[0]
 
     @property
     def methods(self) -> dict[str, dict[str, float]]:
@@ -112,17 +95,6 @@ class SeriesInvariants(Pictured):
             for name, one in found
             if one is not None
         }
-
-    @property
-    def correlation_dimension(self) -> dict[str, float] | None:
-        """Value and error."""
-        return self.dimension and {"value": self.dimension.value, "error": self.dimension.error}
-
-    @property
-    def recurrence_numbers(self) -> dict[str, float] | None:
-        """Those of `Recurrence`."""
-        names = ("rate", "determinism", "longest", "mean_length", "entropy", "laminarity")
-        return self.recurrence and {name: getattr(self.recurrence, name) for name in names}
 
     def _heading(self) -> str:
         return f"{self.series.name}: {self.sentence}"
@@ -196,19 +168,19 @@ def regular_lines(x: np.ndarray, noise: float) -> Lines:
 def _regular(series: Series, lines: Lines, about: dict[str, Any]) -> SeriesInvariants:
     """Of a series that one frequency or two explain."""
     rest = f"what is left, {100 * lines.left:.2g} % of the rms, is noise ({100 * about['reconstruction'].noise:.2g} %)"
-    frequencies = [one / series.step for one in lines.frequencies]
-    unit = "samples" if series.unit == "1" else series.unit
+    frequencies, errors = (tuple(one / series.step for one in many) for many in (lines.frequencies, lines.errors))
     if len(frequencies) == 1:
-        period, error = 1 / frequencies[0], lines.errors[0] * series.step / lines.frequencies[0] ** 2
+        period, error = 1 / frequencies[0], errors[0] / frequencies[0] ** 2
         many = f", {lines.multiple} cycles" if lines.multiple > 1 else ""
+        unit = "samples" if series.unit == "1" else series.unit
         sentence = f"periodic (period {period:.6g} +- {error:.2g} {unit}{many})"
-        return SeriesInvariants(
-            verdict="periodic", sentence=sentence, why=f"One frequency explains it: {rest}.", lines=lines, **about
-        )
+        said = {"verdict": "periodic", "sentence": sentence, "why": f"One frequency explains it: {rest}."}
+        return SeriesInvariants(lines=lines, period=period, period_error=error, **said, **about)
     ratio = frequencies[1] / frequencies[0]
     both = " and ".join(f"{frequency:.6g}" for frequency in frequencies)
     sentence = f"quasiperiodic (frequencies {both} per {series.unit}, ratio {ratio:.6g})"
-    why = f"Two frequencies explain it and no period of 16 cycles does: {rest}."
+    why = f"Two frequencies explain it and no period of {LONGEST} cycles does: {rest}."
+    about = {**about, "frequencies": frequencies, "frequency_errors": errors, "rotation": ratio}
     return SeriesInvariants(verdict="quasiperiodic", sentence=sentence, why=why, lines=lines, **about)
 
 
@@ -326,7 +298,7 @@ def _with_the_rest(found: SeriesInvariants, x: np.ndarray, cycle: int, seed: int
     more = {
         "divergences": divergences(points, cycle, noise, seed),
         "dimension": correlation_dimension(points, 2 * cycle, noise, seed),
-        "zero_one": zero_one_test(part, state.delay if cycle > 4 else 1, seed=seed),
+        "zero_one": zero_one_test(part, cycle, seed=seed),
         "surrogates": found.surrogates or surrogate_test(part, cycle, 4 * state.delay, seed),
         "recurrence": recurrence(points, every, cycle),
     }

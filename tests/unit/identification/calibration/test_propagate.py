@@ -28,7 +28,7 @@ def calibration() -> Calibration:
 def test_a_linear_number_has_the_interval_of_linear_propagation(calibration):
     found = propagate(calibration, lambda p: 2 * p["c"] - p["k"], draws=4000)
     slope = np.array([2.0, -1.0])
-    half = norm.ppf(0.975) * np.sqrt(slope @ SPREAD @ slope)
+    half = float(norm.ppf(0.975) * np.sqrt(slope @ SPREAD @ slope))
     assert found.value == pytest.approx(-0.4)
     assert found.interval == pytest.approx([-0.4 - half, -0.4 + half], abs=0.1 * half)
 

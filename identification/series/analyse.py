@@ -10,7 +10,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from identification.series.divergence import Divergence, divergences
-from identification.series.embedding import Reconstruction, delayed, reconstruct, windowed
+from identification.series.embedding import Reconstruction, delayed, noise_level, reconstruct, windowed
 from identification.series.invariants import (
     Dimension,
     Recurrence,
@@ -135,7 +135,9 @@ def series_invariants(
         series = found[0]
     advance = progress or (lambda _: None)
     x = (series.values - series.values.mean()) / series.values.std()
-    cycle = cycle_of(x)
+    rest = _rest_of(x, noise_level(x))
+    # what rests has no cycle, and its offset would pass for a slow one
+    cycle = cycle_of(x[: rest if rest and rest > FEWEST else None])
     if (dimension or 2) * (delay or 1) > len(x) // 10 or min(delay or 1, dimension or 2) < 1:
         raise StickslipError(
             f"{series.name}: a delay of {delay} in {dimension} dimensions does not fit {len(x)} samples."
@@ -254,19 +256,27 @@ def _too_short(needed: int, sentence: str, why: str, lines: Lines, about: dict[s
 
 def _end_of_transient(x: np.ndarray, cycle: int, noise: float) -> int | None:
     """Sample from which a series is regular, or rests, to its end; None where it is not."""
+    rest = _rest_of(x, noise)
+    if rest is not None:
+        return rest
     for cut in TAILS:
         first = int(cut * len(x))
         tail = x[first:]
         if len(tail) < max(6 * cycle, FEWEST // 4):
             continue
-        if tail.std() < max(2 * noise, 0.02):
-            limit, middle = max(4 * noise, 0.05), tail.mean()
-            moves = np.flatnonzero(np.abs(x - middle) > limit)
-            return int(moves[-1]) + 1 if len(moves) else 0
         lines = period_of(tail, noise)
         if lines.explains:
             return _first_regular(x, first, lines, noise, cycle)
     return None
+
+
+def _rest_of(x: np.ndarray, noise: float) -> int | None:
+    """Sample from which a series rests to its end."""
+    tail = x[int(TAILS[0] * len(x)) :]
+    if tail.std() >= max(2 * noise, 0.02):
+        return None
+    moves = np.flatnonzero(np.abs(x - tail.mean()) > max(4 * noise, 0.05))
+    return int(moves[-1]) + 1 if len(moves) else 0
 
 
 def _first_regular(x: np.ndarray, first: int, lines: Lines, noise: float, cycle: int) -> int:

@@ -21,11 +21,7 @@ FORMATS = (".svg", ".png", ".pdf")
 
 
 def check_format(path: str | os.PathLike[str]) -> Path:
-    """The path, if it is one of a figure.
-
-    Raises:
-        StickslipError: unknown suffix.
-    """
+    """The path, if it is one of a figure. StickslipError: unknown suffix."""
     target = Path(path)
     if target.suffix.lower() not in FORMATS:
         raise StickslipError(f"'{target.name}' has no known format; end it in one of {', '.join(FORMATS)}.")

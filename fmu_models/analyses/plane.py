@@ -43,7 +43,7 @@ NARROW, SAMPLES, NOISE, PATIENCE = 1e-5, 100, 1e-11, 300.0
 LENGTH, SPACING, POINTS = 60.0, 0.01, 2001  # of a manifold, in boxes; samples of a cycle
 FAR = 1.0  # boxes beyond the box: a manifold that goes there does not come back
 ROUNDING = 1e-9  # of eigenvalues: real parts below are none
-BESIDE = 1e-6  # of the box: whose sides a point of rest has
+BESIDE, ALIKE = 1e-6, 1e-4  # of the box: whose sides a point of rest has; of the slopes: no two sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,13 +189,14 @@ class _Plane:
             seen = rates_at(self.rates, place)
             if seen is not None and seen.contacts not in words:
                 words[seen.contacts] = self.rates.slopes(place, ())
-        if len(words) == 1:
-            words = dict.fromkeys(words, self.rates.slopes(point, ()))
         return list(words.items())
 
     def rest(self, point: Vector) -> Rest:
         """A zero of the rates, by its eigenvalues."""
-        each = [ordered(slopes) for _, slopes in self.sides(point)]
+        slopes = [slopes for _, slopes in self.sides(point)]
+        if max(np.abs(other - slopes[0]).max() for other in slopes) < ALIKE * np.abs(slopes).max():
+            slopes = [self.rates.slopes(point, ())]
+        each = [ordered(side) for side in slopes]
         return Rest(_kind(each[0]) if len(each) == 1 else "on a surface", point, np.concatenate(each))
 
     def halves(self, rest: Rest) -> list[Manifold]:

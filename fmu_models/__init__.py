@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.homoclinic import homoclinic as homoclinic
     from fmu_models.analyses.lyapunov import lyapunov as lyapunov
     from fmu_models.analyses.manifolds import manifolds as manifolds
+    from fmu_models.analyses.plane import phase_plane as phase_plane
     from fmu_models.analyses.reduced_map import reduced_map as reduced_map
     from fmu_models.analyses.rotation import rotation_number as rotation_number
     from fmu_models.analyses.section import poincare_section as poincare_section

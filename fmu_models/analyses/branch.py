@@ -1,26 +1,48 @@
 """The branch of a periodic motion, with what leaves it, and curves of what is special on it."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from fmu_models.analyses.declaration import CROSSED, RANGE, Analysis, Option, Range
+from fmu_models.analyses.attractors import claimed
+from fmu_models.analyses.declaration import (
+    CROSSED,
+    NO_BOX,
+    NO_NUMBERS,
+    RANGE,
+    SHOWN,
+    Analysis,
+    Box,
+    Numbers,
+    Option,
+    Range,
+)
+from fmu_models.analyses.shares import corners_of
 from fmu_models.analyses.unforced import at_its_cycle
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured
-from fmu_models.continuation.branches import Branches, branches
+from fmu_models.continuation.branch import MULTIPLIER, PERIOD
+from fmu_models.continuation.branches import Branches, branches, measuring
 from fmu_models.continuation.curves.curve import Curve, Curves, closed_form_of
 from fmu_models.continuation.equilibrium_branch import EquilibriumBranch
+from fmu_models.continuation.overlay import Motion, follow_motions
 from fmu_models.families.execution import IN_MEMORY, Execution
+from fmu_models.families.jobs import Jobs
+from fmu_models.sections.amounts import shown_of
+from fmu_models.sections.iteration import Iteration
+from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+PLACES, STARTS, TRANSIENT = 9, 32, 500  # with a box: values of the parameter, starts at each, steps they settle in
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +115,14 @@ def follow_branch(
     curve: Annotated[Range | None, Option("Each special point as a curve in this parameter too.")] = None,
     closed_form: Annotated[
         str | None,
-        Option("With --curve: NAME as it is known of one, by the first parameter.", metavar="FORMULA", scene=False),
+        Option("What is drawn as it is known, by the parameter; with --curve: NAME of one.", metavar="FORMULA"),
     ] = None,
     points: Annotated[int, Option("Motions in each direction, at most.", minimum=2)] = 2000,
-    of: Annotated[str | None, Option("State that is drawn.", default="the first")] = None,
+    of: Annotated[str | None, Option(SHOWN, default="the first state", metavar="WHAT")] = None,
+    box: Annotated[
+        Box, Option("Follow also what starts in this range of a state come to: loops away from the first branch.")
+    ] = NO_BOX,
+    constants: Numbers = NO_NUMBERS,
     execution: Execution = IN_MEMORY,
     progress: Callable[[float], Any] = lambda fraction: None,
 ) -> Followed:
@@ -104,22 +130,49 @@ def follow_branch(
 
     Args:
         others: as for ``branches``.
+        constants: values of names in the closed form, before those that the model has.
         curve: name, least and largest value of a second parameter.
+        box: least and largest value of states, at ``PLACES`` values of the parameter, of ``STARTS`` starts that are run
+            to where they stay. What repeats itself there within ``longest`` periods is followed where no branch has it.
 
     Raises:
-        StickslipError: a closed form without curves, and as ``branches`` and ``Branches.curves``.
+        StickslipError: a box of what nothing forces, and as ``branches``, ``corners_of`` and ``Branches.curves``.
     """
-    if closed_form and curve is None:
-        raise StickslipError("--closed-form is laid over curves: say which, by --curve NAME=FROM:TO.")
+    corners = corners_of(system, box, start) if box else None
+    if corners is not None and (system.autonomous or not isinstance(system, Strobe | Iteration)):
+        raise StickslipError("Starts in a box are of a map, or of a strobe of what forces the motion. Leave it out.")
     system, start = at_its_cycle(system, start)
     formula = Formula.read(closed_form) if closed_form else None
     options: dict[str, Any] = {"settle": settle, "points": points, "switch": switch, "longest": longest, "of": of}
     followed = branches(system, over, between, start=start, execution=execution, progress=progress, **options)
+    if corners is not None:
+        members, amount = list(followed.branches), shown_of(followed.of, system, (MULTIPLIER, PERIOD))
+        known = len(members)
+        motions = _settled(system, over, between, corners, longest)
+        interrupted, _ = follow_motions(system, over, motions, between, longest, members)
+        added = measuring(members[known:], amount)
+        followed = replace(followed, branches=(*followed.branches, *added), interrupted=interrupted)
+    if formula and curve is None:
+        form = closed_form_of(followed.branches[0].nodes[0], formula, constants)
+        followed = replace(followed, closed_form=form)
     if curve is None or followed.interrupted:
         return Followed(followed)
     curves = followed.curves(curve[0], curve[1:])
-    form = closed_form_of(curves.curves[0], formula, {}) if formula else None
+    form = closed_form_of(curves.curves[0].nodes[0], formula, constants) if formula else None
     return Followed(followed, replace(curves, closed_form=form))
+
+
+def _settled(
+    system: SectionSystem, over: str, between: tuple[float, float], corners: Vector, longest: int
+) -> Iterator[Motion]:
+    """The periodic motions that starts between two points come to, over the range of a parameter."""
+    values = np.repeat(np.linspace(*between, PLACES), STARTS)
+    starts = np.random.default_rng(0).uniform(corners[0], corners[1], (len(values), corners.shape[1]))
+    jobs = Jobs(starts, {over: values}, transient=TRANSIENT, rows=2 * longest, longest=longest)
+    motions = claimed(system, system.make(jobs), jobs.varied, longest=longest).motions
+    for value, motion in zip(values.tolist(), motions, strict=True):
+        if motion is not None:
+            yield value, motion.period, motion.points[0]
 
 
 def numbering() -> Callable[[str], str]:
@@ -148,8 +201,7 @@ def numbers_at(
     for value in values:
         count = stable = 0
         for branch in branches:
-            before, after = branch.values[:-1] - value, branch.values[1:] - value
-            for i in np.flatnonzero((before <= 0.0) != (after <= 0.0)):
+            for i in branch.segments_at(value):
                 count += 1
                 stable += bool(branch.stable[i] and branch.stable[i + 1])
         rows.append((value, {name: float(count), "stable": float(stable), **({} if rows else special)}))
@@ -158,7 +210,12 @@ def numbers_at(
 
 def _numbers(followed: Followed, values: Sequence[float]) -> list[tuple[float, dict[str, float]]]:
     branches: Any = followed.branch
-    return numbers_at(branches.branches, values, "motions", special_values(branches.special))
+    rows = numbers_at(branches.branches, values, "motions", special_values(branches.special))
+    for value, numbers in rows:
+        told = sorted(tuple(row) for member in branches.branches for row in member.amounts_at(value))
+        for k, (amount, slope) in enumerate(told, 1):
+            numbers |= {f"{branches.of}_{k}": amount, f"{branches.of}_{k}_slope": slope}
+    return rows
 
 
 ANALYSIS = Analysis(
@@ -166,7 +223,8 @@ ANALYSIS = Analysis(
     numbers=_numbers,
     results=(
         "a row per value: `motions`, how many there are, and how many are `stable`. The first has what is special too, "
-        "`fold_1`, `flip_1`: values of the parameter"
+        "`fold_1`, `flip_1`: values of the parameter. With a quantity of a period as `of`, as `max(x)`, each row has "
+        "it of all motions there, ascending: `max(x)_1` and its derivative by the parameter, `max(x)_1_slope`"
     ),
     example="discontinuous_support --forcing omega --set omega=0.8 --over omega=0.8:1.4 --figure b.png",
     label="following",

@@ -26,6 +26,8 @@ CROSSED = ("level", "down", "impacts")  # options of sections that a motion cros
 WATCHED = ("autonomous", *CROSSED)  # and that nothing forces the motion, which `labels.watched` sees by itself
 SECTION, OSCILLATOR, EITHER = "section", "oscillator", "either"  # what an analysis may be of
 
+SHOWN = "What is drawn: a state, or a quantity of a period, as max(x), mean(OUTPUT), impact_speed(CONTACT)."
+
 Range = tuple[str, float, float]  # a parameter, its least and its largest value
 Numbers = Mapping[str, float]  # of states by name
 Box = Mapping[str, tuple[float, float]]  # ranges of states by name, or what an input moves between

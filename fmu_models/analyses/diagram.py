@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
-from fmu_models.analyses.declaration import VALUES, Analysis, Option
+from fmu_models.analyses.branch import special_values
+from fmu_models.analyses.declaration import SHOWN, VALUES, Analysis, Option
 from fmu_models.analyses.unforced import at_maxima
 from fmu_models.base.arrays import Integers, Vector
-from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.branch import Branch
 from fmu_models.continuation.branches import Branches
@@ -27,6 +28,7 @@ from fmu_models.families import jobs as families
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
+from fmu_models.sections.amounts import Amount, Measured, shown_of
 from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
@@ -44,7 +46,7 @@ class Diagram(Pictured):
     """Of d directions, m values, r points at most, n states.
 
     Attributes:
-        model, over, of: names of the model, of the parameter, and of the state that a picture shows.
+        model, over, of: names of the model, of the parameter, and of what a picture shows: a state or a quantity.
         states, contacts: names.
         values: (m,) of the parameter.
         directions: of the sweeps.
@@ -53,6 +55,8 @@ class Diagram(Pictured):
         began: (d, m, contacts) how often each contact or stick begins in a period.
         exponents: (d, m) largest one per step, of the logarithm of the largest multiplier where a period is claimed;
             nan where it was not asked for.
+        amount: the quantity, if a picture shows one.
+        amounts: (d, m, r) it, in the period of a motion that has one, else in the step from each point.
         exponent_errors: (d, m) their standard errors; 0 where a period is claimed, infinite where there is no exponent.
         failures: why a run ended early, by direction and value.
         steps: of the section, all runs together.
@@ -65,7 +69,7 @@ class Diagram(Pictured):
 
     RECORD: ClassVar = (
         *("model", "over", "values", "directions", "periods", "words", "steps"),
-        *("failures=refused", "branches=laid", "lost", "how"),
+        *("failures=refused", "branches=laid", "lost", "how", "amounts"),
     )
 
     model: str
@@ -87,10 +91,14 @@ class Diagram(Pictured):
     branches: Branches | None = None
     lost: tuple[LostMotion, ...] | None = None
     exponent_errors: Vector = field(default_factory=lambda: np.zeros((0, 0)))
+    amount: Amount | None = None
+    amounts: Vector | None = None
 
     @property
     def shown(self) -> Vector:
-        """(d, m, r) points of the state that a picture shows."""
+        """(d, m, r) what a picture shows of points."""
+        if self.amounts is not None:
+            return self.amounts
         return self.points[..., self.states.index(self.of)]
 
     def sign(self, direction: int, value: int) -> str:
@@ -125,6 +133,7 @@ class Diagram(Pictured):
         d, m, r = np.nonzero(np.isfinite(self.points[..., 0]))
         columns = {"direction": np.array(self.directions)[d], self.over: self.values[m], "period": self.periods[d, m]}
         columns |= {name: self.points[d, m, r, i] for i, name in enumerate(self.states)}
+        columns |= {} if self.amounts is None else {self.of: self.amounts[d, m, r]}
         return pandas.DataFrame(columns)
 
     def to_xarray(self) -> "xarray.Dataset":
@@ -134,6 +143,7 @@ class Diagram(Pictured):
         cells = ("direction", self.over)
         index = {"direction": np.array(self.directions, object), self.over: self.values}
         data: dict[str, Any] = {n: ((*cells, "point"), self.points[..., i]) for i, n in enumerate(self.states)}
+        data |= {} if self.amounts is None else {self.of: ((*cells, "point"), self.amounts)}
         data |= {"period": (cells, self.periods), "exponent": (cells, self.exponents)}
         data |= {"exponent_error": (cells, self.exponent_errors)}
         data |= {f"{name}_began": (cells, self.began[..., i]) for i, name in enumerate(self.contacts)}
@@ -158,7 +168,7 @@ def orbit_diagram(
     points: Annotated[int, Option("Points kept where a motion does not repeat itself.", minimum=1)] = 50,
     longest: int = 24,
     exponents: bool = False,
-    of: Annotated[str | None, Option("State that is drawn.", default="the first")] = None,
+    of: Annotated[str | None, Option(SHOWN, default="the first state", metavar="WHAT")] = None,
     branches: Annotated[
         int, Option("Lay branches of its motions over it, stable or not, to this period.", minimum=0, default="none")
     ] = 0,
@@ -179,7 +189,8 @@ def orbit_diagram(
         points: that are kept where a motion does not repeat itself.
         longest: period that is looked for.
         exponents: find the sign of the exponent where no period is claimed, at the cost of a run with a tangent.
-        of: the state that a picture shows; the first if left out.
+        of: what a picture shows: a state, the first if left out, or a quantity of a period, as "max(x)" (see
+            ``fmu_models.sections.amounts``): of a motion that has one, else of each step.
         branches: follow the motions that are found, and all that leaves them, stable or not, up to periods of so many
             steps: branches laid over the diagram. 0 for none.
         against_branches: follow the motions that are found, up to periods of so many steps, and tell where a sweep left
@@ -205,20 +216,43 @@ def orbit_diagram(
             "Branches are laid over the diagram of a map, or of a strobe of what forces the motion; this is one of "
             f"{type(system).__name__}{', which nothing forces' if system.autonomous else ''}. Leave them out."
         )
-    if of is not None:
-        refuse_unknown(of, system.states, f"'{system.name}' has no state '{of}'.")
+    amount = shown_of(of or system.states[0], system)
     if isinstance(system, Strobe) and system.estimated:
-        system = at_maxima(system, of or system.states[0])
+        named = amount.names[0] if amount else of
+        system = at_maxima(system, named if named in system.states else system.states[0])
     sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
     plan = {"analysis": "diagram", **vars(sweep)}
     with Runner(system, plan, execution, progress) as runner:
-        result = runner.finish(_swept(runner, system, sweep, of or system.states[0]))
+        result = _swept(runner, system, sweep, of or system.states[0])
+        result = runner.finish(result if amount is None else _measured(system, result, amount))
     if branches:
         ends = (swept[0], swept[-1])
         result = replace(result, branches=branches_through(system, over, _motions(result), ends, branches, of))
     if against_branches:
-        result = replace(result, lost=lost_motions(system, result, against_branches))
+        known = result.laid if branches >= against_branches else ()
+        result = replace(result, lost=lost_motions(system, result, against_branches, known))
     return result
+
+
+def _measured(system: Any, diagram: Diagram, amount: Amount) -> Diagram:
+    """The diagram of a section of an FMU with a quantity of all its motions."""
+    amounts, measured = np.full(diagram.points.shape[:-1], np.nan), Measured(system.fmu, amount, (), system.tolerance)
+    for i, value in enumerate(diagram.values.tolist()):
+        at = system.at(**{diagram.over: value})
+        forcing = float(at.periods({}, 1)[0])
+        for d in range(len(diagram.directions)):
+            points = diagram.points[d, i][np.isfinite(diagram.points[d, i]).all(axis=1)]
+            period = int(diagram.periods[d, i])
+            if not len(points):
+                continue
+            times = at.step(points, derivative=False).times
+            if period and period <= len(times):
+                points, times = points[:1], times[:period].sum(keepdims=True)
+            for k, (point, time) in enumerate(zip(points, times.tolist(), strict=True)):
+                begin = at.begin(point, at.values, forcing).time
+                amounts[d, i, k], _ = measured.of((begin, begin + time), at.as_run(point))
+    units = {**diagram.units, amount.label: amount.unit(system.unit_of)}
+    return replace(diagram, amount=amount, amounts=amounts, units=units)
 
 
 def _motions(diagram: Diagram) -> Iterator[Motion]:
@@ -281,7 +315,7 @@ def _numbers(diagram: Diagram) -> list[tuple[float, dict[str, float]]]:
     rows = []
     lost = [motion.direction for motion in diagram.lost or ()]
     for i, value in enumerate(diagram.values.tolist()):
-        values: dict[str, float] = {}
+        values = special_values(diagram.branches.special) if diagram.branches and i == 0 else {}
         for d, direction in enumerate(diagram.directions):
             points = diagram.shown[d, i]
             if diagram.lost is not None and i == 0:
@@ -299,7 +333,8 @@ ANALYSIS = Analysis(
     numbers=_numbers,
     results=(
         "a row per value: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`; with `against_branches` the "
-        "first row has `lost_up` and `lost_down`: how often a sweep left a stable branch that goes on"
+        "first row has `lost_up` and `lost_down`: how often a sweep left a stable branch that goes on; with "
+        "`branches` it has what is special on them, as of `branch`: `fold_1`"
     ),
     example="discontinuous_support --forcing omega --set ks=300 --over omega=0.8:1:400 --figure d.png",
     label="sweeping",

@@ -43,7 +43,7 @@ BESIDE = 1e-6  # of the sizes of the states: where a manifold begins, beside its
 FINEST = 1e-11  # of the first piece: points are put in between no finer than that
 STEPS, ACCURATE = 30, 1e-12  # Newton's method for the past of a point
 # growth of a motion beside an equilibrium, in powers of e, its points, and what else is tried where it is not done then
-GROWTH, SAMPLES, LONGER = 45.0, 4001, (1.0, 3.0, 10.0)
+GROWTH, SAMPLES, LONGER = 45.0, 4001, (3.0, 10.0)
 # of each half, and between neighbours on a curve
 LENGTH, SPACING = 20.0, 0.05
 UNFINISHED = "it goes on"
@@ -135,7 +135,7 @@ def manifolds(
     if not (length > 0.0 and spacing > 0.0 and np.isfinite([length, spacing]).all()):
         raise StickslipError(f"Length and spacing of a manifold are positive numbers, found {length} and {spacing}.")
     if isinstance(system, Fmu):
-        result = _of_equilibrium(saddle_of(system, dict(start or {}), parameters), length, spacing)  # type: ignore[arg-type]
+        result = manifolds_of(saddle_of(system, dict(start or {}), parameters), length, spacing)  # type: ignore[arg-type]
     else:
         if parameters:
             system = system.at(**parameters)
@@ -146,7 +146,8 @@ def manifolds(
     return Manifolds(result.model, result.states, result.saddle, result.eigenvalues, result.curves, axes)
 
 
-def _of_equilibrium(saddle: Saddle, length: float, spacing: float) -> Manifolds:
+def manifolds_of(saddle: Saddle, length: float, spacing: float, growths: Sequence[float] = (1.0, *LONGER)) -> Manifolds:
+    """Those of an equilibrium; growths: times that are tried, in that in which a motion beside it grows to its size."""
     names, sizes = tuple(saddle.fmu.states), saddle.sizes
     curves = []
     for kind, indices in (("unstable", saddle.unstable), ("stable", saddle.stable)):
@@ -156,7 +157,7 @@ def _of_equilibrium(saddle: Saddle, length: float, spacing: float) -> Manifolds:
                 rate = float(saddle.values[i].real)
                 follow = _forward if kind == "unstable" else _backward
                 points, end = np.empty((0, len(sizes))), UNFINISHED
-                for longer in LONGER:
+                for longer in growths:
                     if end == UNFINISHED:
                         duration = longer * GROWTH / abs(rate)
                         points, end = _cut(*follow(saddle, departure, duration), sizes, length, spacing)

@@ -91,7 +91,7 @@ class Saddle:
         """
         constants = {**self.given, **values}
         field = VectorField(self.fmu, constants)
-        point, slopes = _rest(self.fmu, field, self.point)
+        point, slopes = rest_near(self.fmu, field, self.point)
         return _checked(replace(self, field=field, given=constants, point=point, slopes=slopes))
 
 
@@ -115,11 +115,11 @@ def saddle_of(fmu: Fmu, start: Mapping[str, float], given: Mapping[str, float] |
     check_settings(fmu, "state", start, fmu.states)
     field = VectorField(fmu, given)
     point = np.array([float(start.get(name, fmu.start_of(name))) for name in fmu.states])
-    point, slopes = _rest(fmu, field, point)
+    point, slopes = rest_near(fmu, field, point)
     return _checked(Saddle(fmu, field, given, point, slopes))
 
 
-def _rest(fmu: Fmu, field: VectorField, point: Vector) -> tuple[Vector, Vector]:
+def rest_near(fmu: Fmu, field: VectorField, point: Vector) -> tuple[Vector, Vector]:
     """The equilibrium near a point by Newton's method, and the derivative of the rates there."""
     sizes = np.array([fmu.size_of(name) for name in fmu.states])
     for _ in range(STEPS):

@@ -211,22 +211,32 @@ def basin_shares(
     if swept.ndim != 1 or not swept.size or not np.isfinite(swept).all():
         raise StickslipError(f"The values of '{over}' must be a list of finite numbers, found shape {swept.shape}.")
     system.check(over, swept)
+    corners = corners_of(system, box, start)
+    plan: dict[str, Any] = {"analysis": "shares", "over": over, "values": swept, "starts": starts, "seed": seed}
+    plan |= {"box": dict(box), "start": system.start(start), "most": most, "longest": longest}
+    with Runner(system, plan, execution) as runner:
+        sweep = _Sweep(runner, system, over, swept, most, longest)
+        sweep.run(corners, starts, seed, progress)
+        return runner.finish(sweep.result(starts))
+
+
+def corners_of(system: SectionSystem, box: Box, start: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
+    """(2, n) the points between which a box of states lies, of a start where it says nothing.
+
+    Raises:
+        StickslipError: an unknown state, a box without extent, values out of range.
+    """
     if not box:
         raise StickslipError(f"Say where starts of {system.name} are drawn from: a range for a state, as x=-1:1.")
+    corners = np.tile(system.start(start), (2, 1))
     for name, ends in box.items():
         refuse_unknown(name, system.states, f"'{system.name}' has no state '{name}'.")
         if len(ends) != 2 or not (np.isfinite(ends).all() and ends[0] < ends[1]):
             raise StickslipError(f"The range of '{name}' must be two ascending numbers, found {list(ends)}.")
         for end in ends:
             system.start({name: end})
-    plan: dict[str, Any] = {"analysis": "shares", "over": over, "values": swept, "starts": starts, "seed": seed}
-    plan |= {"box": dict(box), "start": system.start(start), "most": most, "longest": longest}
-    with Runner(system, plan, execution) as runner:
-        sweep = _Sweep(runner, system, over, swept, most, longest)
-        corners = np.array([[box.get(name, (at, at))[k] for name, at in zip(system.states, plan["start"], strict=True)]
-                            for k in (0, 1)])  # fmt: skip
-        sweep.run(corners, starts, seed, progress)
-        return runner.finish(sweep.result(starts))
+        corners[:, system.states.index(name)] = ends
+    return corners
 
 
 class _Sweep:

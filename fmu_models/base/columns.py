@@ -36,11 +36,7 @@ class Tabled(Protocol):
 
 
 def frame_of(value: Tabled) -> pandas.DataFrame:
-    """The table of a value, one row per entry of its columns.
-
-    Raises:
-        StickslipError: its class names no columns.
-    """
+    """The table of a value, one row per entry of its columns. StickslipError: its class names no columns."""
     import pandas
 
     if not type(value).COLUMNS:

@@ -35,11 +35,7 @@ def nearest(name: str, names: Iterable[str]) -> str:
 
 
 def refuse_unknown(name: str, names: Collection[str], sentence: str) -> None:
-    """Refuse a name that is not among those known.
-
-    Raises:
-        StickslipError: the sentence, and the known name closest to it.
-    """
+    """Refuse a name that is not among those known. StickslipError: the sentence, and the known name closest to it."""
     if name not in names:
         raise StickslipError(f"{sentence}{nearest(name, names)}")
 

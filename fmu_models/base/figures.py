@@ -21,11 +21,7 @@ FORMATS = (".svg", ".png", ".pdf")
 
 
 def check_format(path: str | os.PathLike[str]) -> Path:
-    """The path, if it is one of a figure.
-
-    Raises:
-        StickslipError: unknown suffix.
-    """
+    """The path, if it is one of a figure. StickslipError: unknown suffix."""
     target = Path(path)
     if target.suffix.lower() not in FORMATS:
         raise StickslipError(f"'{target.name}' has no known format; end it in one of {', '.join(FORMATS)}.")
@@ -78,8 +74,12 @@ def save_figure(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool
     Raises:
         StickslipError: unknown suffix, the file exists, or its folder cannot be written.
     """
+    from matplotlib import rc_context
+
     target = check_format(path)
     part_ticks(figure)
-    with write_whole(target, overwrite=overwrite) as temporary:
+    # text stays text, which can be searched and changed
+    as_text = rc_context({"svg.fonttype": "none", "pdf.fonttype": 42})
+    with write_whole(target, overwrite=overwrite) as temporary, as_text:
         figure.savefig(temporary, format=target.suffix.lower()[1:], dpi=150)
     return target

@@ -86,15 +86,9 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
     """
     target = Path(path)
     refuse_existing(target, overwrite=overwrite)
-    try:
+    with on_disk(target):
         target.parent.mkdir(parents=True, exist_ok=True)
         folder = claim_folder("write", target.parent)
-    except OSError as error:
-        if error.errno in FULL:
-            raise disk_error(error, target) from error
-        raise StickslipError(
-            f"'{target}' cannot be written: {error.strerror}. Choose a folder you may write to."
-        ) from error
     try:
         yield folder / target.name
         os.replace(folder / target.name, target)
@@ -104,6 +98,19 @@ def write_whole(path: str | os.PathLike[str], *, overwrite: bool = False) -> Ite
         raise
     finally:
         release_folder(folder)
+
+
+@contextmanager
+def on_disk(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Say what a disk says that takes no more, or a folder that nobody may write to."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in FULL:
+            raise disk_error(error, path) from error
+        raise StickslipError(
+            f"'{path}' cannot be written: {error.strerror}. Choose a folder you may write to."
+        ) from error
 
 
 def disk_error(error: OSError, path: str | os.PathLike[str]) -> WriteError:

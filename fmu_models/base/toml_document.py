@@ -60,11 +60,7 @@ class Document:
         return StickslipError(f"{self.path}, line {number}: {message}" if number else f"{self.path}: {message}")
 
     def check_keys(self, names: Iterable[str], *keys: str | int) -> None:
-        """Refuse keys of a table that nobody reads.
-
-        Raises:
-            StickslipError: which, and the nearest known one.
-        """
+        """Refuse keys of a table that nobody reads. StickslipError: which, and the nearest known one."""
         choices = list(names)
         for key in self.table(*keys):
             if key not in choices:
@@ -229,11 +225,7 @@ def _unknown(unit: str) -> str:
 
 
 def read_document(path: Path, *, trust: bool = False) -> Document:
-    """Read a file; trust: as in `Document`.
-
-    Raises:
-        StickslipError: it cannot be read, or is not TOML.
-    """
+    """Read a file; trust: as in `Document`. StickslipError: it cannot be read, or is not TOML."""
     try:
         return Document(path, path.read_text("utf-8"), trust=trust)
     except (OSError, UnicodeDecodeError) as error:

@@ -257,11 +257,8 @@ class _Tables:
 
     def _home_guards(self) -> list[int]:
         """Guards that watch something where no contact is held or touches."""
-        guards = []
-        for g, (c, slot) in enumerate(self.guards):
-            if slot == _NORMAL or (slot == _TANGENTIAL and self.system.contacts[c].kind.dry):
-                guards.append(g)
-        return guards
+        dry = [contact.kind.dry for contact in self.system.contacts]
+        return [g for g, (c, slot) in enumerate(self.guards) if slot == _NORMAL or (slot == _TANGENTIAL and dry[c])]
 
     def _degrees(self, forced: bool = True) -> list[int | None]:
         """Of the states and phasors as polynomials of the time in every mode; None: a series without an end. Not
@@ -299,11 +296,8 @@ class _Tables:
         return lines or ["(void)d;"]
 
     def _step_sums(self) -> list[str]:
-        lines = []
-        for i in range(self.n):
-            products = [f"P[{e}] * x[{j}]" for e, (row, j) in enumerate(self.step) if row == i]
-            lines.append(f"n[{i}] += {' + '.join(products)};")
-        return lines
+        sums = [[f"P[{e}] * x[{j}]" for e, (row, j) in enumerate(self.step) if row == i] for i in range(self.n)]
+        return [f"n[{i}] += {' + '.join(products)};" for i, products in enumerate(sums)]
 
     @staticmethod
     def _sums(name: str, arguments: str, lines: Iterable[str]) -> str:

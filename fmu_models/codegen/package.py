@@ -118,9 +118,7 @@ def export(
         with write_whole(path, overwrite=overwrite) as temporary:
             shutil.copyfile(file, temporary)
         return path
-    from fmu_models.lowering.lower import lower
-
-    system = lower(variant(model, contacts, laws))
+    system = _lowered(model, contacts, laws)
     if expose:
         names = frozenset(contact.name for contact in system.contacts)
         system = dataclasses.replace(system, **dict.fromkeys(_exposed(expose, fmi_version), names))
@@ -214,9 +212,7 @@ def built(
     """
     checked("model.fmu", fmi_version, overwrite=True)
     if not kept_by_name(model, laws):
-        from fmu_models.lowering.lower import lower
-
-        return built_of(lower(variant(model, contacts, laws, beside=beside)), fmi_version)
+        return built_of(_lowered(model, contacts, laws, beside), fmi_version)
     options = (
         str(model),
         "all" if contacts is None else ",".join(sorted(contacts)),
@@ -224,12 +220,15 @@ def built(
         fmi_version,
     )
 
-    def made() -> HybridSystem:
-        from fmu_models.lowering.lower import lower
+    return kept_as(str(model), options, lambda: _lowered(str(model), contacts, laws), fmi_version)
 
-        return lower(variant(str(model), contacts, laws))
 
-    return kept_as(str(model), options, made, fmi_version)
+def _lowered(
+    model: Model, contacts: Sequence[str] | None, laws: Mapping[str, str] | None, beside: Path | None = None
+) -> HybridSystem:
+    from fmu_models.lowering.lower import lower  # brings SymPy, which what is kept does not need
+
+    return lower(variant(model, contacts, laws, beside=beside))
 
 
 def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:

@@ -21,11 +21,7 @@ if TYPE_CHECKING:
 
 
 def no_fmu(model: str) -> str:
-    """The model, unless it is an FMU.
-
-    Raises:
-        StickslipError: it is one.
-    """
+    """The model, unless it is an FMU. StickslipError: it is one."""
     if model.lower().endswith(".fmu"):
         raise StickslipError(
             f"'{model}' is an FMU, where a declared model is needed. What it holds: stickslip inspect {model}"
@@ -39,11 +35,7 @@ ModelOrScene = Annotated[str, typer.Argument(metavar="MODEL", help=f"A scene (.t
 
 
 def scene_of(path: str, contacts: str | None) -> Scene:
-    """The scene of a path.
-
-    Raises:
-        StickslipError: it cannot be read, or contacts are to be chosen beside it.
-    """
+    """The scene of a path. StickslipError: it cannot be read, or contacts are to be chosen beside it."""
     from fmu_models.scene.read import read_scene
 
     if contacts is not None:

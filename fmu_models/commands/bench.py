@@ -50,10 +50,10 @@ def bench(
         try:
             with console.progress(f"{name} ({i + 1} of {len(names)})") as advance:
                 comparisons.append(compare(problem(name, until), methods, advance))
+            stopped = comparisons[-1].interrupted
         except KeyboardInterrupt:
             stopped = True
-        if stopped or comparisons[-1].interrupted:
-            stopped = True
+        if stopped:
             break
     if csv:
         write_csv(comparisons, csv, overwrite=overwrite)

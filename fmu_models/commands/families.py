@@ -348,11 +348,7 @@ def _built_with(scene: Scene, values: Mapping[str, float]) -> tuple[Fmu, dict[st
 
 
 def one_range(text: str) -> Range:
-    """Name, least and largest value of NAME=FROM:TO.
-
-    Raises:
-        StickslipError: not of that form.
-    """
+    """Name, least and largest value of NAME=FROM:TO. StickslipError: not of that form."""
     name, _, values = text.partition("=")
     try:
         low, high = (float(value) for value in values.split(":"))

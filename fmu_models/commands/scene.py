@@ -18,6 +18,10 @@ def scene(
     path: Annotated[
         str | None, typer.Argument(metavar="SCENE", help="A TOML file, or the name of a scene. [default: list them]")
     ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Another value of a constant, 0.1 or '3 mm'; repeat."),
+    ] = None,
     explain: Annotated[
         bool, typer.Option("--explain", help="List what is left out and why, and measure what that saves.")
     ] = False,
@@ -30,8 +34,11 @@ def scene(
 ) -> None:
     """Show a scene, compute what it asks for, and compare that with what is known; exit with 1 if it differs.
 
+    With constants of your own it departs from what is known, and nothing is compared.
+
     Example: stickslip scene disc_rig_class_a --explain
     """
+    constants = dict(console.pairs(settings, "--set", "NAME=VALUE, such as f=0.402"))
     if path is None:
         _list(json)
         return
@@ -42,7 +49,7 @@ def scene(
     from fmu_models.scene.reduce import built_scene
 
     check_files(csv, figures=[figure], overwrite=overwrite)
-    read = read_scene(path)
+    read = read_scene(path, constants)
     with console.progress("computing") as advance:
         fmu = Fmu.open(built_scene(read))
         rows = compute(read, fmu, advance)
@@ -62,7 +69,7 @@ def scene(
     content: dict[str, Any] = {
         "scene": {**dataclasses.asdict(read), "lines": None},
         "results": [{"at": row.at, "values": record(row.values)} for row in rows],
-        "comparisons": [{**dataclasses.asdict(comparison), "passed": comparison.passed} for comparison in comparisons],
+        "comparisons": [record(comparison) | {"passed": comparison.passed} for comparison in comparisons],
         "passed": all(comparison.passed for comparison in comparisons),
         "explained": savings,
         "files": [str(file) for file in (csv, figure) if file],

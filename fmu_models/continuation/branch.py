@@ -34,8 +34,9 @@ Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapter 10, for pseudo
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -48,7 +49,7 @@ from fmu_models.continuation.leaving import leaving
 from fmu_models.continuation.problem.equilibrium import EquilibriumProblem
 from fmu_models.continuation.problem.imported import ImportedProblem
 from fmu_models.continuation.problem.map import MapProblem
-from fmu_models.continuation.problem.node import Node
+from fmu_models.continuation.problem.node import Lost, Node, parameter
 from fmu_models.continuation.problem.problem import Problem, Vector
 from fmu_models.continuation.special.special import Special, special_of
 from fmu_models.continuation.step.equilibrium import EquilibriumFollower
@@ -57,7 +58,9 @@ from fmu_models.continuation.step.imported import ImportedFollower
 from fmu_models.continuation.step.map import MapFollower
 from fmu_models.continuation.step.same_motion import passes
 from fmu_models.continuation.step.way import Ways, joined, ways
+from fmu_models.sections.amounts import Amount, Measured
 
+ASIDE = 1e-5  # along the unit tangent: neighbours of which a difference is taken
 MULTIPLIER, PERIOD = "multiplier", "period"  # what a picture shows in place of a state
 
 
@@ -69,12 +72,16 @@ class Branch(SolutionBranch):
         periods: (m,) s.
         multipliers: (m, n) largest first.
         every: periods of the forcing in one of the motion, or turns of a cycle that nothing forces.
+        amount: the quantity of a period that was asked for.
+        amounts: (m, 2) it, and its derivative by the parameter along the branch, infinite at a fold.
+        special_amounts: (len(special),) it where something is special.
     """
 
     COLUMNS: ClassVar = (
         *("{over}=values", "{states}=points", "period=periods", "stable", "multiplier{}=multipliers", "word=texts"),
+        "{measured}=amounts",
     )
-    RECORD: ClassVar = ("every", "ends=named_ends", "points=count", "special")
+    RECORD: ClassVar = ("every", "ends=named_ends", "points=count", "special", "amounts=named_amounts")
 
     periods: Vector
     multipliers: Complex
@@ -82,6 +89,50 @@ class Branch(SolutionBranch):
     every: int = 1
     nodes: tuple[Node, ...] = field(default=(), repr=False)
     between: tuple[float, float] = (-np.inf, np.inf)
+    amount: Amount | None = None
+    amounts: Vector = field(default_factory=lambda: np.zeros((0, 2)))
+    special_amounts: Vector = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def named_amounts(self) -> dict[str, Vector]:
+        """``amounts`` by name, over the parameter."""
+        if self.amount is None:
+            return {}
+        named = dict(zip(self.measured, self.amounts.T, strict=True))
+        return {self.over: self.values, **named, "special": self.special_amounts}
+
+    def measuring(self, amount: Amount) -> Branch:
+        """The same with a quantity of each of its motions.
+
+        Raises:
+            StickslipError: a motion cannot be continued.
+        """
+        units = {**self.units, amount.label: amount.unit(self.nodes[0].problem.system.unit_of)}
+        found = measured([special.node for special in self.special], amount)
+        # the motion that was found lies beside the special one by what separates their parameters
+        beside = [special.value - special.node.value for special in self.special]
+        there = found[:, 0] + np.where(np.isfinite(found[:, 1]), found[:, 1], 0.0) * beside
+        amounts = measured(self.nodes, amount)
+        return replace(self, amount=amount, amounts=amounts, special_amounts=there, units=units)
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Names of ``amounts``."""
+        return (str(self.amount), f"d {self.amount}/d {self.over}") if self.amount else ()
+
+    def amounts_at(self, value: float) -> Vector:
+        """(k, 2) what was asked for, and its derivative, of the motions at a value of the parameter."""
+        return measured(self.at(value), self.amount) if self.amount else np.zeros((0, 2))
+
+    def at(self, value: float) -> tuple[Node, ...]:
+        """Its motions at a value of the parameter, in the order of the branch."""
+        nodes = []
+        for i in self.segments_at(value):
+            near = min(self.nodes[i : i + 2], key=lambda node: abs(node.value - value))
+            guess = near.u + near.tangent * ((value - near.value) / near.scales[-1] / near.tangent[-1])
+            with suppress(Lost):
+                nodes.append(near.corrected(guess, parameter(value)))
+        return tuple(nodes)
 
     @property
     def count(self) -> int:
@@ -112,6 +163,30 @@ class Branch(SolutionBranch):
 
     def _heading(self) -> str:
         return f"Branch of {self.model} over {self.over}: {len(self.values)} motions, {len(self.special)} special"
+
+
+def measured(nodes: Sequence[Node], amount: Amount) -> Vector:
+    """(len(nodes), 2) a quantity of motions, and its derivative by the parameter along their branch.
+
+    Of work of impacts, which has none of its own, it is the difference of neighbours on the tangent.
+    """
+    if not nodes:
+        return np.zeros((0, 2))
+    problem: Any = nodes[0].problem
+    measurement = Measured(problem.strobe.fmu, amount, (*problem.states, *problem.parameters), problem.strobe.tolerance)
+    rows = []
+    for node in nodes:
+        here: Any = node.problem
+        change = node.tangent * node.scales
+        with np.errstate(divide="ignore", invalid="ignore"):  # at a fold there is none
+            along = here.direction(node.z, change / change[-1])
+            row = measurement.of(here.span(node.z), here.as_run(node.z), along)
+            if measurement.by_works:
+                sides = [node.z + share * change for share in (-ASIDE, ASIDE)]
+                ends = [measurement.of(here.span(z), here.as_run(z))[0] for z in sides]
+                row[1] = (ends[1] - ends[0]) / (sides[1][-1] - sides[0][-1])
+        rows.append(row)
+    return np.array(rows)
 
 
 def made(problem: Problem, directions: Ways, between: tuple[float, float], seconds: float) -> Branch:

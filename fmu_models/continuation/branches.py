@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError, nearest
+from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.begin import begin_of, problem_of
 from fmu_models.continuation.branch import MULTIPLIER, PERIOD, Branch, both_ways, followed_from, made
-from fmu_models.continuation.curves.curve import Curve, Curves
+from fmu_models.continuation.curves.curve import ClosedForm, Curve, Curves
 from fmu_models.continuation.kept import Keeper
 from fmu_models.continuation.leaving import leaving
 from fmu_models.continuation.problem.problem import range_of
@@ -22,6 +22,7 @@ from fmu_models.continuation.special.kinds import FLIP
 from fmu_models.continuation.special.special import Special
 from fmu_models.continuation.step.same_motion import passes
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
+from fmu_models.sections.amounts import Amount, shown_of
 from fmu_models.sections.system import SectionSystem
 
 if TYPE_CHECKING:
@@ -69,8 +70,9 @@ def branches(
         points: Motions of a branch in each direction, at most.
         switch: Whether branches that leave one another are followed. Without, there is the first alone.
         longest: Period of a motion that is still followed, in periods of the forcing.
-        of: The state that a picture shows; "multiplier": the real part of the largest one that may change; "period".
-            Defaults to that of the first branch.
+        of: What a picture shows: a state; "multiplier": the real part of the largest one that may change; "period"; a
+            quantity of a period, as "max(x)", which every motion is told with then, and its derivative (see
+            ``fmu_models.sections.amounts``). Defaults to what the first branch shows.
         execution: Where they are kept as they are found.
         progress: Called with the share of the range that is behind, or less.
 
@@ -81,7 +83,7 @@ def branches(
     low, high = range_of(over, between)
     system.check(over, np.array([low, high]))
     problem = problem_of(system, over)
-    _check_shown(of, problem.states, problem.name)
+    amount = None if of in (None, MULTIPLIER, PERIOD) else shown_of(str(of), system, (MULTIPLIER, PERIOD))
     plan: dict[str, Any] = {"analysis": "branch", "over": over, "between": [low, high], "start": system.start(start)}
     plan |= {"settle": settle, "points": points, "switch": switch} | ({"longest": longest} if switch else {})
     with Runner(system, plan, execution) as runner:
@@ -94,7 +96,7 @@ def branches(
         first = made(start_node.problem, directions, (low, high), time.process_time() - clock)
         followed = [first]
         interrupted = spread(followed, longest, points, keeper) if switch else first.interrupted
-        result = Branches(of or first.of, tuple(followed), interrupted)
+        result = Branches(of or first.of, measuring(followed, amount), interrupted)
         if not result.interrupted:
             runner.finish(result)
     return result
@@ -105,9 +107,10 @@ class Branches(Pictured):
     """A branch and those that leave it.
 
     Attributes:
-        of: the state that a picture shows; "multiplier": the real part of the largest one that may change; "period".
+        of: what a picture shows, as of ``branches``.
         branches: the first, and the others in the order in which they were found.
         interrupted: by the keyboard: others may be missing.
+        closed_form: of what a picture shows, drawn below it; None if none is known.
     """
 
     RECORD: ClassVar = ("model", "over", "branches")
@@ -115,6 +118,7 @@ class Branches(Pictured):
     of: str
     branches: tuple[Branch, ...]
     interrupted: bool = False
+    closed_form: ClosedForm | None = None
 
     @property
     def model(self) -> str:
@@ -199,11 +203,9 @@ class Branches(Pictured):
         return {f"branch {i}": f"{len(member.values)} motions" for i, member in enumerate(self.branches)}
 
 
-def _check_shown(of: str | None, states: Sequence[str], model: str) -> None:
-    if of not in (None, MULTIPLIER, PERIOD, *states):
-        raise StickslipError(
-            f"'{model}' has no state '{of}'.{nearest(str(of), states)} '{MULTIPLIER}' and '{PERIOD}' are drawn, too."
-        )
+def measuring(followed: Sequence[Branch], amount: Amount | None) -> tuple[Branch, ...]:
+    """Branches with a quantity of their motions, if one is asked for."""
+    return tuple(followed) if amount is None else tuple(member.measuring(amount) for member in followed)
 
 
 def spread(followed: list[Branch], longest: int, points: int = 2000, keeper: Keeper | None = None) -> bool:

@@ -13,6 +13,8 @@ from fmu_models.continuation.problem.problem import Vector, Word
 from fmu_models.continuation.special.point import SpecialPoint
 from fmu_models.continuation.step.way import Ends
 
+ROUNDING = 1e-12  # of the range of the parameter: by so much an end misses that of the range
+
 
 class Ended(Pictured):
     """A branch or a curve.
@@ -65,6 +67,14 @@ class SolutionBranch(Ended):
     seconds: float = 0.0
     how: str = ""
     units: Mapping[str, str] = field(default_factory=dict)
+
+    def segments_at(self, value: float) -> list[int]:
+        """Between which neighbours it has a value of the parameter, by the number of the first; each point once."""
+        away = self.values - value
+        away[np.abs(away) <= ROUNDING * np.ptp(self.values)] = 0.0
+        crossed = (away[:-1] <= 0.0) != (away[1:] <= 0.0)
+        crossed[-1:] |= away[-1] == 0.0 != away[0]
+        return np.flatnonzero(crossed).tolist()
 
     def _contents(self) -> Mapping[str, Any]:
         specials = [f"{special.kind} {special.value:.9g}" for special in self.special]

@@ -6,8 +6,9 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.branch import Branch
-from fmu_models.continuation.branches import Branches, branch, spread
+from fmu_models.continuation.branches import Branches, branch, measuring, spread
 from fmu_models.continuation.problem.problem import Vector
+from fmu_models.sections.amounts import shown_of
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 
@@ -33,7 +34,27 @@ def branches_through(
     Raises:
         StickslipError: there is no motion of such a period, or none can be followed.
     """
-    followed: list[Branch] = []
+    shown, followed = of or system.states[0], list[Branch]()
+    interrupted, why = follow_motions(system, over, motions, between, longest, followed)
+    if not followed:
+        reason = f": {why}" if why else f": none of period {longest} or less was found"
+        raise StickslipError(f"There is no branch to lay over the diagram of {system.name} over '{over}'{reason}.")
+    return Branches(shown, measuring(followed, shown_of(shown, system)), interrupted)
+
+
+def follow_motions(
+    system: SectionSystem,
+    over: str,
+    motions: Iterable[Motion],
+    between: tuple[float, float],
+    longest: int,
+    followed: list[Branch],
+) -> tuple[bool, str]:
+    """Append to branches those of the motions that lie on none of them, and all that leave these.
+
+    Returns:
+        whether the keyboard interrupted it; why a motion could not be followed.
+    """
     why = ""
     interrupted = False
     every = system.every if isinstance(system, Strobe) else 1
@@ -47,15 +68,15 @@ def branches_through(
         elif period > 1:  # cycles of a map are met where they leave those of one point
             continue
         try:
-            followed.append(branch(section, over, between, start=point.tolist(), points=POINTS))
+            found = branch(section, over, between, start=point.tolist(), points=POINTS)
         except StickslipError as error:
             why = str(error)
             continue
+        if any(member.passes(found) for member in followed if member.every == found.every):
+            continue  # its points lie too far apart to tell that the motion is on it
+        followed.append(found)
         interrupted = spread(followed, longest * every, POINTS)
-    if not followed:
-        reason = f": {why}" if why else f": none of period {longest} or less was found"
-        raise StickslipError(f"There is no branch to lay over the diagram of {system.name} over '{over}'{reason}.")
-    return Branches(of or system.states[0], tuple(followed), interrupted)
+    return interrupted, why
 
 
 def segments_near(candidate: Branch, value: float, points: Sequence[Vector]) -> list[int]:

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.composite import Composite, library
 from fmu_models.coupling.stepper import UnitStepper
+from fmu_models.coupling.wiring import split
 from fmu_models.importer import instance, request
 from fmu_models.importer.instance import STATUS, F
 from fmu_models.importer.motion_error import MotionError
@@ -140,8 +141,8 @@ class _CoSimulation:
         return [np.array(places, dtype=int) for places in fed_inputs]
 
     def _nominal(self, name: str) -> float:
-        unit = max((u for u in self.composite.names if name.startswith(f"{u}.")), key=len)
-        stated = self.system.units[unit].fmu.variables[name[len(unit) + 1 :]].nominal
+        unit, variable = split(self.system.fmus, name, self.system.name)
+        stated = self.system.units[unit].fmu.variables[variable].nominal
         return abs(float(stated)) if stated else 1.0
 
     def _note(self, time: float, kind: str, name: str) -> None:

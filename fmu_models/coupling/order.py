@@ -7,7 +7,7 @@ one stage: an algebraic loop.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -50,6 +50,8 @@ def feedthrough(fmu: Fmu, output: str) -> set[str]:
 
 def stages(fmus: Mapping[str, Fmu], wires: Sequence[Wire]) -> list[CouplingStage]:
     """The stages of a coupled system, in the order in which they are exchanged."""
+    from sympy.utilities.iterables import strongly_connected_components
+
     rank = {unit: i for i, unit in enumerate(fmus)}
     from_output: dict[Port, list[Wire]] = {}
     for wire in wires:
@@ -61,7 +63,8 @@ def stages(fmus: Mapping[str, Fmu], wires: Sequence[Wire]) -> list[CouplingStage
     }
     level: dict[Port, int] = {}
     rings: list[tuple[int, bool, list[Port]]] = []
-    for ring in _components(before):
+    edges = [(port, source) for port, sources in before.items() for source in sorted(sources)]
+    for ring in strongly_connected_components((list(before), edges)):  # each after those it depends on
         earlier = [level[p] + 1 for port in ring for p in before[port] if p not in ring]
         depth = max(earlier, default=0)
         loop = len(ring) > 1 or ring[0] in before[ring[0]]
@@ -83,35 +86,3 @@ def stages(fmus: Mapping[str, Fmu], wires: Sequence[Wire]) -> list[CouplingStage
         begun = [wire for port in ordered for wire in from_output[port]]
         order.append(CouplingStage(loop, tuple(ordered), tuple(sorted(begun, key=lambda wire: place(*wire.target)))))
     return order
-
-
-def _components(before: Mapping[Port, set[Port]]) -> Iterator[list[Port]]:
-    """Strongly connected components, each after those it depends on (Tarjan, SIAM J. Comput. 1 (1972) 146)."""
-    number: dict[Port, int] = {}
-    low: dict[Port, int] = {}
-    stack: list[Port] = []
-    done: list[list[Port]] = []
-    for root in before:
-        if root in number:
-            continue
-        work = [(root, iter(sorted(before[root])))]
-        number[root] = low[root] = len(number)
-        stack.append(root)
-        while work:
-            port, successors = work[-1]
-            following = next(successors, None)
-            if following is None:
-                work.pop()
-                if work:
-                    low[work[-1][0]] = min(low[work[-1][0]], low[port])
-                if low[port] == number[port]:
-                    cut = stack.index(port)
-                    done.append(stack[cut:])
-                    del stack[cut:]
-            elif following not in number:
-                number[following] = low[following] = len(number)
-                stack.append(following)
-                work.append((following, iter(sorted(before[following]))))
-            elif following in stack:
-                low[port] = min(low[port], number[following])
-    yield from done

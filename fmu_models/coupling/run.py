@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.composite import Composite
 from fmu_models.coupling.system import EXCHANGE_BY_STEPS, CoupledSystem
+from fmu_models.coupling.wiring import split
 from fmu_models.importer import instance
 from fmu_models.importer.driver import Driver
 from fmu_models.simulation.results import Provenance, Recording
@@ -100,8 +101,8 @@ def recorded(
     trajectory = couple(system, output_times=output_times, progress=progress)
     descriptions: dict[str, str] = {}
     for name in trajectory.values:
-        unit = max((u for u in system.units if name.startswith(f"{u}.")), key=len)
-        text = system.units[unit].fmu.variables[name[len(unit) + 1 :]].description
+        unit, variable = split(system.fmus, name, system.name)
+        text = system.units[unit].fmu.variables[variable].description
         descriptions |= {name: str(text)} if text else {}
     fmus = list(system.fmus.values())
     provenance = Provenance(

@@ -63,11 +63,7 @@ def read(path: Path) -> CoupledSystem:
 
 
 def read_parameter_set(path: Path) -> list[tuple[str, float, str | None]]:
-    """Names, values and units of an .ssv file.
-
-    Raises:
-        StickslipError: it cannot be read, or holds something else.
-    """
+    """Names, values and units of an .ssv file. StickslipError: it cannot be read, or holds something else."""
     root = _parsed(path, f"'{path}'")
     if not root.tag.endswith("}ParameterSet"):
         raise StickslipError(f"'{path}' is no parameter set (.ssv). 'stickslip apply FIT -o FILE.ssv' writes one.")

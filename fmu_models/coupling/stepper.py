@@ -3,10 +3,8 @@
 from collections.abc import Callable
 from ctypes import byref, c_int32, c_void_p
 from typing import Any
-from xml.etree import ElementTree
 
 from fmu_models.coupling.composite import library
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance
 from fmu_models.importer.instance import STATUS, F
 from fmu_models.importer.motion_error import MotionError
@@ -27,7 +25,7 @@ class UnitStepper:
     def __init__(self, name: str, instance: instance.Instance, note: Callable[[float, str, str], None]) -> None:
         self.name, self.instance, self.calls = name, instance, instance.calls
         self._note = note
-        attributes = _attributes(instance.fmu)
+        attributes = instance.fmu.elements("CoSimulation")[0]  # whose names differ between the versions of FMI
         capability = "canGetAndSetFMUstate" if instance.fmu.fmi == 2 else "canGetAndSetFMUState"
         self.puts_back = attributes.get(capability) in ("true", "1")
         self.any_step = attributes.get("canHandleVariableCommunicationStepSize") in ("true", "1")
@@ -114,9 +112,3 @@ class UnitStepper:
                 self._note(reached, "state", self.name)
                 self._check(library().fmi_plain(byref(self.calls), F.ENTER_EVENT), "entering event mode", time)
                 self._iterate(time)
-
-
-def _attributes(fmu: Fmu) -> dict[str, str]:
-    """Attributes of the Co-Simulation interface, whose names differ between the versions of FMI."""
-    element = ElementTree.parse(fmu.folder / "modelDescription.xml").find("CoSimulation")
-    return dict(element.attrib) if element is not None else {}

@@ -22,11 +22,7 @@ _NUMBER = re.compile(r"[pd]\[\d+\]|[0-9.]+(?:e[+-]?\d+)?")
 
 
 def wasm(fmu: Fmu) -> bytes:
-    """The module of an FMU that passes ``check``; it imports nothing.
-
-    Raises:
-        StickslipError: the compiler fails.
-    """
+    """The module of an FMU that passes ``check``; it imports nothing. StickslipError: the compiler fails."""
     options = [flag for flag in FLAGS if flag not in ("-shared", "-fPIC", "-s")]
     with temporary_folder("explore") as folder:
         file = compile_shared(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -23,16 +23,7 @@ from fmu_models.simulation.run import simulate
 if TYPE_CHECKING:
     from fmu_models.codegen.package import Model
 
-SCRIPTS = (
-    "engine.mjs",
-    "reading.mjs",
-    "sweep.mjs",
-    "plot.mjs",
-    "elements.mjs",
-    "pictures.mjs",
-    "diagram.mjs",
-    "page.mjs",
-)
+SCRIPTS = ("engine", "reading", "sweep", "plot", "elements", "pictures", "diagram", "page")
 _SAMPLES = 400  # of the picture that stands where nothing can be computed
 _STILL = 20.0  # s
 _WIDTH, _HEIGHT, _EDGE = 480, 360, 44
@@ -98,36 +89,22 @@ def explored(subject: ExplorerSubject, plot: Sequence[str] | None = None) -> Exp
     described = describe(subject, plot)
     states = subject.fmu.states
     planes = tuple((states[i], states[j]) for i, j in described["planes"])
-    page = rendered(described, wasm(subject.fmu), _still(subject, planes[0]))
+    data = json.dumps(described, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
+    values = {"model": described, "data": data, "still": _still(subject, planes[0])}
+    style, scripts = (WEB / "page.css").read_text("utf-8"), [WEB / f"{name}.mjs" for name in SCRIPTS]
+    page = single_file(WEB / "page.html.j2", scripts, style, {"engine": wasm(subject.fmu)}, **values)
     return Explorer(str(described["name"]), str(described["version"]), planes, subject.notes, page)
-
-
-def rendered(model: dict[str, Any], module: bytes, still: str) -> str:
-    """The page of a described model, its module and its still picture."""
-    data = json.dumps(model, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-    style = (WEB / "page.css").read_text("utf-8")
-    scripts = [WEB / name for name in SCRIPTS]
-    return single_file(WEB / "page.html.j2", scripts, style, {"engine": module}, model=model, data=data, still=still)
 
 
 def _still(subject: ExplorerSubject, plane: tuple[str, str]) -> str:
     """The portrait of the motion from the default start, as SVG without styles, which the policy would refuse."""
     fmu = subject.fmu
-
-    def chosen(names: Iterable[str]) -> dict[str, float]:
-        return {name: subject.values[name] for name in names if name in subject.values}
-
     until = subject.until or _STILL
     x, y = plane
+    start = {name: subject.values[name] for name in (*fmu.states, *fmu.memories) if name in subject.values}
+    times = np.linspace(0.0, until, _SAMPLES)
     try:
-        run = simulate(
-            fmu,
-            until,
-            output_times=np.linspace(0.0, until, _SAMPLES),
-            start=chosen((*fmu.states, *fmu.memories)),
-            parameters=chosen(fmu.parameters),
-            inputs=chosen(fmu.inputs),
-        )
+        run = simulate(fmu, until, output_times=times, start=start, **fmu.settings(subject.values))
     except StickslipError as error:
         return f"<p>The motion from this start is refused: {escape(str(error))}</p>"
     return _portrait((x, run[x]), (y, run[y]))

@@ -50,11 +50,7 @@ class Processes:
         return self._workers
 
     def submit(self, jobs: Jobs) -> Future[RunRows]:
-        """Have a chunk made.
-
-        Raises:
-            StickslipError: the processes cannot be started.
-        """
+        """Have a chunk made. StickslipError: the processes cannot be started."""
         if self._pool is not None:
             try:
                 return self._pool.submit(_make, jobs)

@@ -19,7 +19,6 @@ import os
 import shutil
 import struct
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zlib import crc32
@@ -27,7 +26,7 @@ from zlib import crc32
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import FULL, OVERWRITE, disk_error, is_there
+from fmu_models.base.files import OVERWRITE, is_there, on_disk
 from fmu_models.families.jobs import Jobs
 from fmu_models.simulation.rows import RunRows, joined
 
@@ -91,7 +90,7 @@ class Store:
                     f"'{path}' is not finished. Go on with it: --resume (in Python resume=True). {OVERWRITE}"
                 )
             shutil.rmtree(path)
-        with _disk(path):
+        with on_disk(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             attributes = {PROVENANCE: told(provenance), FINISHED: False}
             return cls(path, zarr.create_group(path, zarr_format=3, attributes=attributes))
@@ -130,7 +129,7 @@ class Store:
     def _log(self, name: str) -> RunLog:
         """A log: beside the arrays of the store, or in one of them, where finishing has put it."""
         path, packed = self.path / f"{name}.log", self.path / name / CHUNK
-        with _disk(self.path):
+        with on_disk(self.path):
             self._logs[name] = RunLog(packed if packed.is_file() and not path.is_file() else path)
         return self._logs[name]
 
@@ -138,7 +137,7 @@ class Store:
         """Keep what was found, a data set, in the root."""
         if self.finished:
             return
-        with _disk(self.path):
+        with on_disk(self.path):
             for name, log in self._logs.items():
                 if not len(log):
                     continue
@@ -231,7 +230,7 @@ class Stage:
         self._fresh: dict[int, RunRows] = {}
         what = jobs.digest().encode()
         if WHAT not in log:
-            with _disk(path):
+            with on_disk(path):
                 log.put(WHAT, what)
         elif log.get(WHAT) != what:
             raise StickslipError(
@@ -253,12 +252,8 @@ class Stage:
         return True
 
     def put(self, k: int, rows: RunRows) -> None:
-        """Keep a chunk.
-
-        Raises:
-            WriteError: the disk is full.
-        """
-        with _disk(self.path):
+        """Keep a chunk. WriteError: the disk is full."""
+        with on_disk(self.path):
             self._log.put(k, _packed(rows))
         if len(self._fresh) < FRESH:
             self._fresh[k] = rows
@@ -284,12 +279,8 @@ class Chain:
         self.texts = [log.get(number).decode() for number in log.numbers]
 
     def put(self, text: str) -> None:
-        """Keep the next one.
-
-        Raises:
-            WriteError: the disk is full.
-        """
-        with _disk(self.path):
+        """Keep the next one. WriteError: the disk is full."""
+        with on_disk(self.path):
             self._log.put(len(self.texts), text.encode())
         self.texts.append(text)
 
@@ -341,19 +332,6 @@ def _differences(stored: object, present: object, name: str = "") -> Iterator[st
 def _short(value: object) -> str:
     text = json.dumps(value)
     return text if len(text) <= 40 else f"{text[:36]} ..."
-
-
-@contextmanager
-def _disk(path: Path) -> Iterator[None]:
-    """Say what a disk says that takes no more."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno in FULL:
-            raise disk_error(error, path) from error
-        raise StickslipError(
-            f"'{path}' cannot be written: {error.strerror}. Choose a folder you may write to."
-        ) from error
 
 
 def _compressor() -> Zstd:

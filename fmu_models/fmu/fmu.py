@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import existing
@@ -22,6 +23,8 @@ from fmu_models.fmu import description as descriptions
 from fmu_models.language import contact_kinds
 
 if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
     from fmpy.model_description import ModelDescription, ScalarVariable
 
 
@@ -86,6 +89,10 @@ class Fmu(Shown):
     def fmi(self) -> int:
         """Version of the standard: 2 or 3."""
         return int(str(self.description.fmiVersion)[0])
+
+    def elements(self, path: str) -> list[Element]:
+        """The elements of modelDescription.xml at a path below its root, for what fmpy does not read."""
+        return ElementTree.parse(self.folder / "modelDescription.xml").findall(path)
 
     @cached_property
     def problems(self) -> list[str]:

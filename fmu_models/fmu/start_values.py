@@ -34,6 +34,7 @@ DESCRIPTION = "modelDescription.xml"
 MODEL = "sources/model.c"
 PATIENCE = 60.0  # s that a library may take to say its start values
 SAME = 1e-9  # relative difference up to which it has taken them
+_TAG = re.compile(rb"""(?:[^>"']|"[^"]*"|'[^']*')*>""")  # a '>' in the quotes of an attribute does not end it
 
 
 def check_parameter(fmu: Fmu, name: str, value: float) -> ScalarVariable:
@@ -88,7 +89,9 @@ def _description(xml: bytes, values: Mapping[str, float], fmu: Fmu) -> bytes:
     places = _places(xml, set(values))
     pattern = re.compile(rb"""(\sstart\s*=\s*)("[^"]*"|'[^']*')""")
     for position, name in sorted(((position, name) for name, position in places.items()), reverse=True):
-        end = _end_of_tag(xml, position)
+        tag = _TAG.match(xml, position)
+        assert tag is not None  # expat has read it
+        end = tag.end()
         new, count = pattern.subn(
             lambda m, name=name: m[1] + quoteattr(repr(float(values[name]))).encode(), xml[position:end], count=1
         )
@@ -120,20 +123,6 @@ def _places(xml: bytes, names: set[str]) -> dict[str, int]:
     parser.EndElementHandler = closed
     parser.Parse(xml, True)
     return positions
-
-
-def _end_of_tag(xml: bytes, position: int) -> int:
-    """Byte after the '>' that ends a tag; one inside an attribute's quotes does not."""
-    quote = b""
-    for i in range(position, len(xml)):
-        byte = xml[i : i + 1]
-        if quote:
-            quote = b"" if byte == quote else quote
-        elif byte in (b'"', b"'"):
-            quote = byte
-        elif byte == b">":
-            return i + 1
-    raise ValueError("a tag without end")
 
 
 def _compiled(fmu: Fmu, values: Mapping[str, float]) -> dict[str, bytes]:

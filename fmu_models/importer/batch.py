@@ -47,7 +47,8 @@ class Batch:
             StickslipError: a value out of range.
         """
         if not ((rows >= self._low) & (rows <= self._high)).all():
-            self._refuse(rows)
+            for values in (rows.min(axis=0), rows.max(axis=0)):  # the one that is out of range is refused
+                _checked(self._fmu, dict(zip(self.names, values.tolist(), strict=True)))
         c, n, k = self._prepared.c, self._states, len(self.recorded)
         whole = np.tile(self._row, (len(rows), 1))
         whole[:, self._columns] = rows
@@ -65,11 +66,6 @@ class Batch:
             if progress and i % 100 == 99:
                 progress((i + 1) / len(rows))
         return np.concatenate([states, values], axis=2), failures
-
-    def _refuse(self, rows: NDArray[np.float64]) -> None:
-        """Raise what `request.start_values` says of the value that is out of range."""
-        for values in (rows.min(axis=0), rows.max(axis=0)):
-            _checked(self._fmu, dict(zip(self.names, values.tolist(), strict=True)))
 
 
 def begun(fmu: Fmu, names: tuple[str, ...]) -> dict[str, float]:

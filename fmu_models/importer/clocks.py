@@ -9,7 +9,6 @@ triggered output or local   when the FMU does
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,8 +60,7 @@ def clocks_of(fmu: Fmu) -> list[FmuClock]:
     """
     if fmu.fmi == 2 or not any(v.type == "Clock" for v in fmu.variables.values()):
         return []
-    variables = ElementTree.parse(fmu.folder / "modelDescription.xml").find("ModelVariables")
-    elements = [] if variables is None else variables.findall("Clock")
+    elements = fmu.elements("ModelVariables/Clock")
     if len(elements) > _MOST:
         raise StickslipError(f"'{fmu.path}' has {len(elements)} clocks; up to {_MOST} are run.")
     try:
@@ -214,11 +212,7 @@ def check_event_mode(fmu: Fmu, *, offered: bool) -> None:
 
 
 def refuse_clocks(fmu: Fmu, doing: str) -> None:
-    """Refuse an FMU with clocks that somebody must tick, where nobody does.
-
-    Raises:
-        StickslipError: it has some.
-    """
+    """Refuse an FMU with clocks that somebody must tick, where nobody does. StickslipError: it has some."""
     names = [clock.name for clock in clocks_of(fmu) if clock.ticked_by_importer]
     if names:
         raise StickslipError(f"'{fmu.path}' has the clocks {', '.join(names)}, which {doing} does not tick.")

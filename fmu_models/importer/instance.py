@@ -8,7 +8,6 @@ from ctypes import POINTER, byref, c_char_p, c_int, c_int32, c_int64, c_size_t, 
 from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from fmu_models.fmu.library import unload
 from fmu_models.toolchain import compiler
 
 if TYPE_CHECKING:
-    from fmpy.model_description import ModelExchange, ScalarVariable
+    from fmpy.model_description import ScalarVariable
 
 _C = declarations("importer/c/master.h", "importer/c/fmi_calls.h")
 F = _C.constants("Function", "F_")
@@ -93,11 +92,7 @@ EVENT = np.dtype(_C.structure("MasterEvent"))
 
 @cache
 def master_library() -> ctypes.CDLL:
-    """The compiled master.
-
-    Raises:
-        StickslipError: the compiler is missing.
-    """
+    """The compiled master. StickslipError: the compiler is missing."""
     package = Path(compiler.__file__).parents[1]
     files = sorted(path for path in (package / "importer" / "c").iterdir() if path.suffix in (".c", ".h"))
     files += [package / "engine" / "step" / name for name in ("roots.c", "roots.h")]
@@ -182,11 +177,7 @@ class Instance:
         return self.log.message.decode("utf-8", "replace").strip()
 
     def function(self, name: str) -> Any:
-        """One of the library by its name without ``fmi2``.
-
-        Raises:
-            StickslipError: the library has none.
-        """
+        """One of the library by its name without ``fmi2``. StickslipError: the library has none."""
         try:
             return self.dll[f"fmi{self.fmu.fmi}{name}"]
         except AttributeError:
@@ -217,7 +208,8 @@ class Instance:
         exchange, stepping = self.fmu.description.modelExchange, self.fmu.description.coSimulation
         if exchange is not None and not self.co_simulation:
             calls.completes = bool(exchange.needsCompletedIntegratorStep)
-            calls.directional = _directional(self.fmu, exchange) and calls.function[F.DIRECTIONAL] is not None
+            offered = bool(exchange.providesDirectionalDerivative)
+            calls.directional = offered and calls.function[F.DIRECTIONAL] is not None
         elif stepping is not None and self.fmu.fmi == 3:
             calls.event_mode = bool(stepping.hasEventMode)
             returns = stepping.mightReturnEarlyFromDoStep or stepping.canReturnEarlyAfterIntermediateUpdate
@@ -274,9 +266,8 @@ class Instance:
     @cached_property
     def _intermediate(self) -> frozenset[str]:
         """Names of the variables that may be accessed inside a step; fmpy does not tell."""
-        variables = ElementTree.parse(self.fmu.folder / "modelDescription.xml").find("ModelVariables")
-        marked = [] if variables is None else [e for e in variables if e.get("intermediateUpdate") in ("true", "1")]
-        return frozenset(element.get("name", "") for element in marked)
+        variables = self.fmu.elements("ModelVariables/*")
+        return frozenset(e.get("name", "") for e in variables if e.get("intermediateUpdate") in ("true", "1"))
 
     def _configure(self, names: Collection[str]) -> None:
         """Sizes of arrays, again after every reset."""
@@ -333,26 +324,16 @@ def _release(free: Callable[[int], object], pointer: int, dll: ctypes.CDLL, *_us
 
 
 def _no_interface(fmu: Fmu, kind: str) -> str:
-    has = [
-        name for name in ("modelExchange", "coSimulation", "scheduledExecution") if getattr(fmu.description, name, None)
-    ]
     words = {
         "modelExchange": "Model Exchange",
         "coSimulation": "Co-Simulation",
         "scheduledExecution": "Scheduled Execution",
     }
-    listed = " and ".join(words[name] for name in has) or "no interface at all"
+    has = [text for name, text in words.items() if getattr(fmu.description, name, None)]
+    listed = " and ".join(has) or "no interface at all"
     if kind != "modelExchange":
         return f"'{fmu.path}' offers {listed}, but no {words[kind]}. Leave method and step out, or choose 'auto'."
     return (
         f"'{fmu.path}' offers {listed}, but no Model Exchange, which methods of integration need. "
         "Choose the method 'co-simulation'."
     )
-
-
-def _directional(fmu: Fmu, interface: "ModelExchange") -> bool:
-    if fmu.fmi == 2:
-        return bool(interface.providesDirectionalDerivative)
-    # fmpy looks for the name it has in FMI 2
-    element = ElementTree.parse(fmu.folder / "modelDescription.xml").find("ModelExchange")
-    return element is not None and element.get("providesDirectionalDerivatives") in ("true", "1")

@@ -7,6 +7,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing
 from fmu_models.fmu.elements import element_names, owner
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.importer.request import has_start
 
 TYPES = ("String", "Binary")
 Value = TypeVar("Value")
@@ -39,10 +40,7 @@ def checked(fmu: Fmu, values: Mapping[str, object], *, kind: str) -> dict[str, s
     texts: dict[str, str | bytes] = {}
     for name, value in values.items():
         variable = fmu.variables[owner(name, fmu.variables)]
-        if kind == "start value":
-            settable = variable.initial in ("exact", "approx") and variable.causality != "input"
-        else:
-            settable = variable.causality == kind
+        settable = has_start(variable) if kind == "start value" else variable.causality == kind
         if not settable or variable.variability == "constant":
             description = f"{variable.variability or ''} {variable.causality}".strip()
             raise StickslipError(

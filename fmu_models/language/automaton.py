@@ -212,9 +212,7 @@ def _check_switches(automaton: Automaton) -> None:
 
 
 def _names(automaton: Automaton) -> Iterator[tuple[str, str]]:
-    yield from quantity_names(automaton.parameters, automaton.all_inputs)
-    for state in automaton.states:
-        yield state.name, f"state '{state.description}'"
+    yield from quantity_names(automaton.parameters, automaton.all_inputs, automaton.states)
     for output in automaton.outputs:
         yield output.name, f"output '{output.description}'"
     for switch in automaton.switches:

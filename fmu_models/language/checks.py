@@ -10,7 +10,7 @@ from fmu_models.language.declaration import Body, Declaration
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.impacts import MAX_IMPACTS
 from fmu_models.language.inertia import check_definite, is_singular, mass_entries
-from fmu_models.language.quantities import TIME, Acceleration, ContactSymbol, Input, Parameter, Rate
+from fmu_models.language.quantities import TIME, Acceleration, ContactSymbol, Input, Parameter, Rate, State
 
 # what lowering adds to the outputs of every mechanism
 POWERS = ("energy", "power_input", "power_dissipated", "power_stops")
@@ -54,13 +54,17 @@ def check_names(model: str, pairs: Iterable[tuple[str, str]]) -> None:
         seen[name] = owner
 
 
-def quantity_names(parameters: Iterable[Parameter], inputs: Iterable[Input]) -> Iterator[tuple[str, str]]:
-    """Names of parameters, inputs and rates of inputs, each with what it belongs to."""
+def quantity_names(
+    parameters: Iterable[Parameter], inputs: Iterable[Input], states: Iterable[State] = ()
+) -> Iterator[tuple[str, str]]:
+    """Names of parameters, inputs, rates of inputs and states, each with what it belongs to."""
     for parameter in parameters:
         yield parameter.name, f"parameter '{parameter.description}'"
     for source in inputs:
         yield source.name, f"input '{source.description}'"
         yield source.rate.name, f"the rate of input {source.name}"
+    for state in states:
+        yield state.name, f"state '{state.description}'"
 
 
 def _names(mechanism: Body) -> Iterator[tuple[str, str]]:
@@ -157,12 +161,8 @@ def _check_symbols(mechanism: Body) -> None:
             )
 
 
-def check_requirements(declared: Body | Declaration) -> None:
-    """Refuse requirements of more than parameters.
-
-    Raises:
-        StickslipError: which requirement.
-    """
+def check_requirements(declared: Declaration) -> None:
+    """Refuse requirements of more than parameters. StickslipError: which requirement."""
     for requirement in declared.all_requirements:
         if not all(isinstance(s, Parameter) for s in sympy.sympify(requirement.expression).free_symbols):
             raise StickslipError(f"{declared.name}: the requirement '{requirement.sentence}' may use parameters only.")

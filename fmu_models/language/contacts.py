@@ -179,11 +179,7 @@ class Contact(Shown, ABC):
         return ()
 
     def exchangeable_law(self, model: str) -> Any:
-        """The law that could be another; ``model`` is whose contact it is.
-
-        Raises:
-            StickslipError: it has none.
-        """
+        """The law that could be another; ``model`` is whose contact it is. StickslipError: it has none."""
         if not self.exchangeable:
             raise StickslipError(
                 f"contact '{self.name}' of {model} has no law that could be another. Set its parameters."

@@ -2,8 +2,8 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol, Self, TypeVar
+from dataclasses import dataclass, field
+from typing import Any, Self, TypeVar
 
 import sympy
 
@@ -78,41 +78,31 @@ class Declaration(Shown, ABC):
         return (*self.requirements, *(r for signal in self.signals for r in signal.requirements))
 
 
-class Body(Protocol):
-    """A body with its contacts; the attributes are those of a `Mechanism`."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Body(Declaration):
+    """A body with its contacts, as a `Mechanism` declares it."""
+
+    name: str
+    title: str
+    source: str
+    coordinates: Sequence[Coordinate]
+    kinetic_energy: sympy.Expr
+    potential_energy: sympy.Expr = sympy.S.Zero
+    dissipation: sympy.Expr = sympy.S.Zero
+    applied: Mapping[Coordinate, sympy.Expr] = field(default_factory=dict)
+    contacts: Sequence[Contact] = ()
+    outputs: Sequence[Output] = ()
+    requirements: Sequence[Requirement] = ()
 
     @property
-    def name(self) -> str: ...
+    def internal_states(self) -> tuple[InternalState, ...]:
+        """The internal states of the laws, contact by contact."""
+        return tuple(state for contact in self.contacts for state in contact.states)
+
     @property
-    def coordinates(self) -> Sequence[Coordinate]: ...
-    @property
-    def kinetic_energy(self) -> sympy.Expr: ...
-    @property
-    def potential_energy(self) -> sympy.Expr: ...
-    @property
-    def dissipation(self) -> sympy.Expr: ...
-    @property
-    def applied(self) -> Mapping[Coordinate, sympy.Expr]: ...
-    @property
-    def contacts(self) -> Sequence[Contact]: ...
-    @property
-    def outputs(self) -> Sequence[Output]: ...
-    @property
-    def parameters(self) -> tuple[Parameter, ...]: ...
-    @property
-    def inputs(self) -> tuple[Input, ...]: ...
-    @property
-    def signals(self) -> tuple[PeriodicSignal, ...]: ...
-    @property
-    def all_inputs(self) -> tuple[Input, ...]: ...
-    @property
-    def internal_states(self) -> tuple[InternalState, ...]: ...
-    @property
-    def impacts(self) -> tuple[Contact, ...]: ...
-    @property
-    def symbols(self) -> set[sympy.Basic]: ...
-    @property
-    def all_requirements(self) -> tuple[Requirement, ...]: ...
+    def impacts(self) -> tuple[Contact, ...]:
+        """The rigid contacts."""
+        return tuple(contact for contact in self.contacts if contact.kind.impulsive)
 
 
 def quantities_of_type(symbols: set[sympy.Basic], kind: type[Q]) -> tuple[Q, ...]:

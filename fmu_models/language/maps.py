@@ -9,7 +9,7 @@ differentiated.
 
 import math
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -82,7 +82,7 @@ class Map(Declaration):
 def _check(declared: Map) -> None:
     if not declared.states:
         raise StickslipError(f"{declared.name} has no state. A map needs at least one.")
-    check_names(declared.name, _names(declared))
+    check_names(declared.name, quantity_names(declared.parameters, (), declared.states))
     _check_states(declared, "rule", declared.rule)
     if declared.inverse is not None:
         _check_states(declared, "inverse", declared.inverse)
@@ -154,9 +154,3 @@ def _check_inverse(declared: Map, inverse: Mapping[State, sympy.Expr]) -> None:
 
 def _number(expression: sympy.Expr, values: Mapping[Any, Any]) -> sympy.Expr:
     return sympy.N(expression.xreplace(dict(values)))
-
-
-def _names(declared: Map) -> Iterator[tuple[str, str]]:
-    yield from quantity_names(declared.parameters, ())
-    for state in declared.states:
-        yield state.name, f"state '{state.description}'"

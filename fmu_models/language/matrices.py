@@ -155,11 +155,7 @@ def matrices_of(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Any, Any, Any]:
 
 
 def names_of(n: int, names: Sequence[str] | None) -> tuple[str, ...]:
-    """Of degrees of freedom.
-
-    Raises:
-        StickslipError: not one for each.
-    """
+    """Of degrees of freedom. StickslipError: not one for each."""
     if names is not None and len(names) != n:
         raise StickslipError(f"There are {len(names)} names for {n} degrees of freedom")
     return tuple(names) if names is not None else tuple(f"u{k + 1}" for k in range(n))

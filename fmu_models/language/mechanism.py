@@ -11,25 +11,25 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import sympy
 
 from fmu_models.base.errors import named
 from fmu_models.language.checks import check_mechanism
 from fmu_models.language.contacts import Contact, Friction, Law, Requirement
-from fmu_models.language.declaration import Declaration, Output
+from fmu_models.language.declaration import Body
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.inertia import inertia_requirements
 from fmu_models.language.matrices import Matrix, matrices_of, names_of, quadratic
-from fmu_models.language.quantities import Coordinate, InternalState, Parameter
+from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.language.signals import with_signals
 from fmu_models.language.stops import StopLaw
 from fmu_models.language.units import check_units
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Mechanism(Declaration):
+class Mechanism(Body):
     """A declared oscillator; see the module for its equation.
 
     Attributes:
@@ -48,18 +48,6 @@ class Mechanism(Declaration):
     Raises:
         StickslipError: the declaration contradicts itself; the message says where.
     """
-
-    name: str
-    title: str
-    source: str
-    coordinates: Sequence[Coordinate]
-    kinetic_energy: sympy.Expr
-    potential_energy: sympy.Expr = sympy.S.Zero
-    dissipation: sympy.Expr = sympy.S.Zero
-    applied: Mapping[Coordinate, sympy.Expr] = field(default_factory=dict)
-    contacts: Sequence[Contact] = ()
-    outputs: Sequence[Output] = ()
-    requirements: Sequence[Requirement] = ()
 
     def __post_init__(self) -> None:
         for name in ("coordinates", "contacts", "outputs", "requirements"):
@@ -128,19 +116,9 @@ class Mechanism(Declaration):
         return {"coordinates": [q.name for q in self.coordinates], **energies, "contacts": self.contacts, **names}
 
     @property
-    def internal_states(self) -> tuple[InternalState, ...]:
-        """The internal states of the laws, contact by contact."""
-        return tuple(state for contact in self.contacts for state in contact.states)
-
-    @property
     def frictions(self) -> tuple[Friction, ...]:
         """The friction contacts."""
         return tuple(contact for contact in self.contacts if isinstance(contact, Friction))
-
-    @property
-    def impacts(self) -> tuple[Contact, ...]:
-        """The rigid contacts."""
-        return tuple(contact for contact in self.contacts if contact.kind.impulsive)
 
     @property
     def all_requirements(self) -> tuple[Requirement, ...]:

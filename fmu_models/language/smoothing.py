@@ -41,7 +41,6 @@ class Smoothed(ABC):
 
     @property
     def states(self) -> tuple[InternalState, ...]:
-        """States of the law."""
         return self.law.states
 
     @property
@@ -51,20 +50,16 @@ class Smoothed(ABC):
 
     @property
     def capacity(self) -> sympy.Expr:
-        """Capacity of the law, N."""
         return self.law.capacity
 
     @property
     def capacity_minus(self) -> sympy.Expr:
-        """Capacity of the law in the other direction, N."""
         return self.law.capacity_minus
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
-        """Friction force along positive slip, N."""
         return self.law.force(slip, self.shape(slip / self.width))
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """Rates of the law's states."""
         return self.law.rates(slip, self.shape(slip / self.width))
 
     @property

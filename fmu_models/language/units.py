@@ -11,11 +11,7 @@ from fmu_models.language.signals import PeriodicSignal
 
 
 def check_units(mechanism: Body) -> None:
-    """Refuse a mechanism whose units do not match.
-
-    Raises:
-        StickslipError: which expression, and what does not match in it.
-    """
+    """Refuse a mechanism whose units do not match. StickslipError: which expression, and what does not match in it."""
     units = Dimensions(mechanism.name, mechanism.coordinates)
     units.expect("the kinetic energy", mechanism.kinetic_energy, "J")
     units.expect("the potential energy", mechanism.potential_energy, "J")

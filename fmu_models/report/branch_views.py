@@ -22,13 +22,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
     from numpy.typing import NDArray
 
     Vector = NDArray[Any]
 
 # of curves of specials, by the number of their kind
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 2)), (0, (3, 1)), *["-"] * 8)
-SAID, WIDTHS = ("stable", "unstable"), (2.0, 0.7)
+SAID, STYLES = ("stable", "unstable"), (("-", 1.6), ((0, (4, 2)), 0.9))  # dashes and widths
 KNOWN = 1001  # points of a closed form
 
 
@@ -39,17 +40,17 @@ def _(branch: Branch, axes: Axes) -> None:
 
 @draw.register(Branches)
 def _(result: Branches, axes: Axes) -> None:
-    draw_branches(result.branches, result.of, axes)
+    draw_branches(result.branches, result.of, axes, result.closed_form)
 
 
-def draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
-    """Stable motions by thick lines, unstable ones by thin lines, what is special by marks; where the word changes a
-    dotted line between the multipliers on both sides."""
+def draw_branches(branches: Sequence[Branch], of: str, axes: Axes, closed_form: ClosedForm | None = None) -> None:
+    """Stable motions by lines, unstable ones by dashes, what is special by marks, below them what is known of them;
+    where the word changes a dotted line between the multipliers on both sides."""
     marks: dict[str, list[tuple[float, float]]] = {}
     for branch in branches:
         draw_lines(*lines_of(branch, of), "black", axes)
-        for special in branch.special:
-            heights = _heights(special, of, branch.every)
+        for i, special in enumerate(branch.special):
+            heights = _heights(branch, i, of)
             marks.setdefault(special.kind, []).extend((special.value, height) for height in heights)
             if len(heights) > 1 and of == MULTIPLIER:
                 axes.plot([special.value] * 2, heights, ":", color="black", linewidth=1.0)
@@ -57,27 +58,52 @@ def draw_branches(branches: Sequence[Branch], of: str, axes: Axes) -> None:
     for bound in (-1.0, 1.0) if of == MULTIPLIER else ():
         axes.axhline(bound, color="0.7", linewidth=0.7, zorder=0)
     axes.autoscale_view()
+    if closed_form is not None:
+        handles.append(_draw_closed_form(closed_form, branches[0].over, of, axes, axes.get_xlim(), swapped=False))
     axes.set_xlabel(with_unit(branches[0].over, branches[0].units))
-    labels = {MULTIPLIER: "real part of the largest multiplier", PERIOD: "period"}
-    axes.set_ylabel(labels[of] if of in labels else with_unit(of, branches[0].units))
+    axes.set_ylabel(_label(branches[0], of))
     axes.set_title(branches[0].model, fontsize="medium")
     legend_below(axes, handles)
 
 
+def _label(branch: Branch, of: str) -> str:
+    if branch.amount is not None and of in branch.measured:
+        return with_unit(branch.amount.label, branch.units)
+    words = {MULTIPLIER: "real part of the largest multiplier", PERIOD: "period"}
+    return words.get(of) or with_unit(of, branch.units)
+
+
+def _draw_closed_form(
+    form: ClosedForm, over: str, shown: str, axes: Axes, ends: tuple[float, float], *, swapped: bool
+) -> Line2D:
+    """A broad pale line below all others, over a range of the parameter, which is the upright axis if ``swapped``."""
+    limits = axes.get_xlim(), axes.get_ylim()
+    values = np.linspace(*ends, KNOWN)
+    points = (form.at(over, values), values) if swapped else (values, form.at(over, values))
+    (line,) = axes.plot(*points, color="0.8", linewidth=5.0, zorder=0, label=f"{shown}: closed form")
+    axes.set(xlim=limits[0], ylim=limits[1])
+    return line
+
+
 def draw_lines(values: Vector, stable: Vector, lines: Vector, colour: str, axes: Axes) -> None:
-    """Heights (k, m) over values (m,), pieces thick where they are stable (m - 1,)."""
+    """Heights (k, m) over values (m,), dashed where pieces (m - 1,) are not stable."""
     from matplotlib.collections import LineCollection
 
+    edges = [0, *(np.flatnonzero(np.diff(stable)) + 1).tolist(), len(stable)]
+    styles = [STYLES[0 if stable[first] else 1] for first, _ in pairwise(edges)]
     for y in lines:
         points = np.stack([values, y], 1)
-        pieces, widths = np.stack([points[:-1], points[1:]], 1), np.where(stable, *WIDTHS)
-        axes.add_collection(LineCollection(list(pieces), linewidths=widths, colors=colour, capstyle="round"))
+        pieces = [points[first : last + 1] for first, last in pairwise(edges)]
+        axes.add_collection(
+            LineCollection(pieces, linewidths=[w for _, w in styles], linestyles=[d for d, _ in styles], colors=colour)
+        )
 
 
 def legend_of(marks: Mapping[str, list[tuple[float, float]]], axes: Axes) -> list[Any]:
     """Lines, and marks by kind, which are drawn where they lie."""
     handles = [
-        axes.plot([], [], "-", color="black", linewidth=w, label=name)[0] for name, w in zip(SAID, WIDTHS, strict=True)
+        axes.plot([], [], linestyle=dash, color="black", linewidth=width, label=name)[0]
+        for name, (dash, width) in zip(SAID, STYLES, strict=True)
     ]
     for index, kind in _in_order(marks):
         (x, y), mark = np.array(marks[kind]).T, kind_of(kind).mark
@@ -107,21 +133,23 @@ def lines_of(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
     jumps = of == MULTIPLIER
     if jumps:
         lines = branch.nodes[0].problem.own(branch.multipliers)[None, :, 0].real
+    elif of in branch.measured:
+        lines = branch.amounts[None, :, branch.measured.index(of)]
     else:
         lines = branch.periods[None] if of == PERIOD else branch.images[:, :, branch.states.index(of)]
     marked = [
-        (index, special)
-        for index, special in zip(branch.places, branch.special, strict=True)
+        (index, special, _heights(branch, i, of))
+        for i, (index, special) in enumerate(zip(branch.places, branch.special, strict=True))
         if not (jumps and special.touch)
     ]
-    places, heights = [index for index, _ in marked], [_heights(special, of, branch.every) for _, special in marked]
+    places, heights = [index for index, *_ in marked], [height for *_, height in marked]
     if jumps:
         changed = [i + 1 for i, (word, next_word) in enumerate(pairwise(branch.words)) if word != next_word]
         places, heights = [*places, *changed], [*heights, *([np.nan] for _ in changed)]
     regular = np.insert(np.ones(len(branch.values), bool), places, False)
     stable = np.insert(branch.stable, places, False)
     values = np.insert(
-        branch.values, places, [*(special.value for _, special in marked), *(np.nan for _ in places[len(marked) :])]
+        branch.values, places, [*(special.value for _, special, _ in marked), *(np.nan for _ in places[len(marked) :])]
     )
     if places:
         lines = np.insert(lines, places, np.array(heights).T, axis=1)
@@ -129,15 +157,18 @@ def lines_of(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
     return values, either, lines
 
 
-def _heights(special: Special, of: str, every: int) -> list[float]:
+def _heights(branch: Branch, index: int, of: str) -> list[float]:
     """Where a special is drawn: at its points, or at the multipliers on both its sides."""
+    special = branch.special[index]
+    if of in branch.measured:
+        return [float(branch.special_amounts[index])]
     if of == MULTIPLIER:
         sides = (special.multipliers, special.multipliers_with_event)
         return [float(special.node.problem.own(side)[0].real) for side in sides if side is not None]
     if of == PERIOD:
         return [special.period]
     index = list(special.state).index(of)
-    return [float(special.state[of]), *(float(special.at(float(k))[index]) for k in range(1, every))]
+    return [float(special.state[of]), *(float(special.at(float(k))[index]) for k in range(1, branch.every))]
 
 
 def with_unit(name: str, units: Mapping[str, str]) -> str:
@@ -172,12 +203,7 @@ def _draw_curves(curves: Sequence[Curve], axes: Axes, closed_form: ClosedForm | 
                 (meeting.parameters[curve.second], meeting.parameters[curve.over])
             )
     if closed_form is not None:
-        ends = axes.get_xlim(), axes.get_ylim()
-        values = np.linspace(*ends[1], KNOWN)
-        exact = closed_form.at(curves[0].over, values)
-        axes.plot(exact, values, color="0.8", linewidth=5.0, zorder=0, label=f"{curves[0].second}: closed form")
-        axes.set_xlim(ends[0])
-        axes.set_ylim(ends[1])
+        _draw_closed_form(closed_form, curves[0].over, curves[0].second, axes, axes.get_ylim(), swapped=True)
     for i, (kind, places) in enumerate(points.items(), 1):
         axes.plot(*np.array(places).T, "o", color="black", markersize=4, label=f"{i} {kind}", zorder=4)
         for point in places:

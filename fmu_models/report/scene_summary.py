@@ -32,9 +32,15 @@ def print_scene(scene: Scene, fmu: Fmu, out: console.Console) -> None:
         "free": free or "no parameter; all are constants of the code",
         "outputs": ", ".join(scene.outputs) or "none beside the states",
         "run": f"to t = {scene.stop_time:g} s",
+        **({"departs": departure(scene)} if scene.departs else {}),
     }
     for label, text in texts.items():
         out.print(f"  {label:10s} {text}", markup=False)
+
+
+def departure(scene: Scene) -> str:
+    """Constants that are others than the file of the scene says; empty where none is."""
+    return ", ".join(f"{name} = {scene.constants[name]:g}, not {known:g}" for name, known in scene.departs.items())
 
 
 def print_results(scene: Scene, rows: tuple[Row, ...], out: console.Console) -> None:
@@ -60,9 +66,9 @@ def print_comparisons(comparisons: tuple[Comparison, ...], out: console.Console)
             "" if comparison.at is None else f"{comparison.at:g}",
             f"{comparison.known:.13g}",
             f"{comparison.found:.13g}",
-            f"{comparison.error:.1e}",
+            "" if comparison.departs else f"{comparison.error:.1e}",
             f"{comparison.tolerance:.0e}",
-            "" if comparison.passed else "differs",
+            "not compared: departs" if comparison.departs else "" if comparison.passed else "differs",
         ]
         for comparison in comparisons
     ]

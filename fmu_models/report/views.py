@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import fmu_models.report.equilibrium_views  # noqa: F401  registers what it draws
+import fmu_models.report.equilibrium_views  # registers what it draws
+import fmu_models.report.plane_view  # noqa: F401  the same
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import Chart
@@ -62,7 +63,8 @@ def _(diagram: Diagram, axes: Axes) -> None:
         )
     if diagram.branches is not None:
         draw_branches(diagram.branches.branches, diagram.of, axes)
-    axes.set(xlabel=with_unit(diagram.over, diagram.units), ylabel=with_unit(diagram.of, diagram.units))
+    shown = diagram.amount.label if diagram.amount else diagram.of
+    axes.set(xlabel=with_unit(diagram.over, diagram.units), ylabel=with_unit(shown, diagram.units))
     axes.set_title(diagram.model, fontsize="medium")
     if len(diagram.directions) > 1:
         dots = [
@@ -318,7 +320,13 @@ def _(result: TippingRates, axes: Axes) -> None:
 
 @tell.register(Diagram)
 def _(diagram: Diagram) -> str:
-    return repr(diagram) if diagram.branches is None else f"{diagram!r}\n{tell(diagram.branches)}"
+    lines = [repr(diagram), *([tell(diagram.branches)] if diagram.branches else ())]
+    lines += [
+        f"swept {lost.direction}: a stable branch that goes on is left between {diagram.over} = {lost.before:.9g} and "
+        f"{lost.value:.9g}, {diagram.of} = {lost.state:.6g}"
+        for lost in diagram.lost or ()
+    ]
+    return "\n".join(lines)
 
 
 REPEATED = (BasinShares, EdgeState, LeastShock, TippingRates, ReducedMap, Basins, Chart, Spectrum, Exponents)

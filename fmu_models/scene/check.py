@@ -116,6 +116,7 @@ class _Check:
             sensors=doc.table("sensors"),
             lines={key: doc.line("sensors", key) or 0 for key in doc.table("sensors")},
             path=str(doc.path),
+            units={name: quantity.unit for name, quantity in {**self.parameters, **self.inputs}.items()},
         )
         self._check_values(scene)
         self._check_start(scene)

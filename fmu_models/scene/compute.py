@@ -18,7 +18,10 @@ MANY = 20  # values that an error lists
 
 @dataclass(frozen=True)
 class Comparison:
-    """A result against its known value, and whose that is; error relative to it, absolute where it is zero."""
+    """A result against its known value, and whose that is; error relative to it, absolute where it is zero.
+
+    departs: the value is known of other constants, and not compared.
+    """
 
     name: str
     at: float | None
@@ -27,11 +30,12 @@ class Comparison:
     error: float
     tolerance: float
     source: str = ""
+    departs: bool = False
 
     @property
     def passed(self) -> bool:
-        """Whether the error is within the tolerance."""
-        return self.error <= self.tolerance
+        """Whether the error is within the tolerance, where there is one."""
+        return self.departs or self.error <= self.tolerance
 
 
 def arguments(scene: Scene, stop_time: float | None = None, **changed: Mapping[str, float]) -> dict[str, Any]:
@@ -116,10 +120,13 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
                 "'at' of its run."
             )
         for name, expected in reference.values.items():
-            refuse_unknown(name, row.values, f"{scene.path}: there is no result '{name}'.")
-            error = abs(row.values[name] - expected) / (abs(expected) or 1.0)
-            whose = reference.tolerance, reference.source
-            comparisons.append(Comparison(name, row.at, row.values[name], expected, error, *whose))
+            departs = bool(scene.departs)
+            if not departs:
+                refuse_unknown(name, row.values, f"{scene.path}: there is no result '{name}'.")
+            found = row.values.get(name, math.nan)
+            error = math.nan if departs else abs(found - expected) / (abs(expected) or 1.0)
+            whose = reference.tolerance, reference.source, departs
+            comparisons.append(Comparison(name, row.at, found, expected, error, *whose))
     return tuple(comparisons)
 
 

@@ -109,6 +109,8 @@ class Scene(Shown):
         outputs: names of the outputs to show.
         stop_time: s, end of the run; of a map its steps.
         of_map: The model is a map.
+        units: of parameters and inputs.
+        departs: constants that are others than the file says, and what it says.
         compute: what to compute.
         references: known values of it.
         sensors: for an emulator of a bench, which checks it; ``lines`` says in which line of ``path`` each key stands.
@@ -132,11 +134,25 @@ class Scene(Shown):
     lines: Mapping[str, int] = field(default_factory=dict)
     path: str = ""
     of_map: bool = False
+    units: Mapping[str, str] = field(default_factory=dict)
+    departs: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def parameters(self) -> dict[str, float]:
         """Every value that the scene gives to a parameter or to an input it holds, fixed or free."""
         return {**self.fixed, **self.free}
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Names of what the computation gives values of its own."""
+        return tuple(name for name in (self.compute.over, *self.compute.axes) if name)
+
+    @property
+    def constants(self) -> dict[str, float]:
+        """Every value that stays throughout, of parameters and of inputs."""
+        held = {name: drive.values[0] for name, drive in self.drives.items() if drive.constant is not None}
+        values = {**self.parameters, **held}
+        return {name: value for name, value in values.items() if name not in self.varied}
 
     @property
     def folder(self) -> Path:

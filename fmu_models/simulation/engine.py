@@ -139,11 +139,7 @@ class EngineInstance:
         return np.frombuffer(bytearray(self._events[: n * EVENT.itemsize]), EVENT)
 
     def restart(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> None:
-        """Go to start values by reference; all others have their defaults.
-
-        Raises:
-            StickslipError: the engine refuses them.
-        """
+        """Go to start values by reference; all others have their defaults. StickslipError: the engine refuses them."""
         if self._restart(self.handle, self.start(initial, start_time, tolerance)) != RUN.DONE:
             raise self.failure()
 

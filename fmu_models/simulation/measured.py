@@ -102,11 +102,7 @@ class MeasuredLog(Shown):
         return in_unit(self.columns[name], self.units.get(name), unit, f"{self.source}: column '{name}' for {purpose}")
 
     def signal(self, column: str, unit: str | None, purpose: str) -> Signal:
-        """A column as an input.
-
-        Raises:
-            StickslipError: as for `values`; or samples of it are missing.
-        """
+        """A column as an input. StickslipError: as for `values`; or samples of it are missing."""
         values = self.values(column, unit, purpose)
         missing = np.flatnonzero(~np.isfinite(values))
         if missing.size:

@@ -312,14 +312,9 @@ def check_value(fmu: Fmu, name: str, value: float) -> None:
     unit = f" {variable.unit}" if variable.unit else ""
     if not isinstance(value, (int, float, np.number)) or not math.isfinite(value):
         raise StickslipError(f"The value of '{name}' must be a finite number, found {value!r}.")
-    if variable.min is not None and value < float(variable.min):
-        raise StickslipError(
-            f"'{name}' ({variable.description}) must be at least {variable.min}{unit}, found {value:g}."
-        )
-    if variable.max is not None and value > float(variable.max):
-        raise StickslipError(
-            f"'{name}' ({variable.description}) must be at most {variable.max}{unit}, found {value:g}."
-        )
+    for bound, sense, word in ((variable.min, -1, "least"), (variable.max, 1, "most")):
+        if bound is not None and sense * (value - float(bound)) > 0:
+            raise StickslipError(f"'{name}' ({variable.description}) must be at {word} {bound}{unit}, found {value:g}.")
 
 
 def check_span(start: float, stop: float) -> None:

@@ -45,6 +45,7 @@ class Sensitivity(Tabular):
         seconds: wall time of the engine, s.
         one_sided: several events came at one instant, at times that depend on a direction in different ways (a corner):
             the derivatives hold for the neighbours on one side, whose events come in the order of the contacts.
+        passage: rates of the states at the times, speeds of events.
     """
 
     time: Vector
@@ -56,7 +57,8 @@ class Sensitivity(Tabular):
     event_derivative: Vector
     steps: int
     seconds: float
-    one_sided: bool = False
+    one_sided: bool
+    passage: whole_run.Passage
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -128,7 +130,7 @@ class SensitiveRun(Shown):
         directions = np.array([variables[name].valueReference for name in self.by], dtype=np.uint32)
         self._engine = engine_of(fmu)
         self._instance: EngineInstance | None = self._engine.take()
-        self._differentiator = whole_run.Differentiator(self._engine, self._instance, directions)
+        self._differentiator = whole_run.Differentiator(self._engine, self._instance, directions, len(fmu.states))
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "by": self.by, "recorded": self.recorded}
@@ -186,7 +188,9 @@ class SensitiveRun(Shown):
         )
         events = Events(result.events, self._contacts, self._rigid), event_derivatives
         recorded = window.request.times, self.recorded, result.values, self.by, derivatives
-        return Sensitivity(*recorded, *events, result.steps, result.seconds, one_sided)
+        passage = self._differentiator.passage
+        assert passage is not None  # it is asked for above
+        return Sensitivity(*recorded, *events, result.steps, result.seconds, one_sided, passage)
 
     def values(
         self, window: RunWindow, parameters: Mapping[str, float] | None, start: Mapping[str, float] | None

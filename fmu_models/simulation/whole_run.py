@@ -57,11 +57,7 @@ class Result(NamedTuple):
 def run(
     engine: Engine, instance: EngineInstance, request: Request, progress: Callable[[float], None] | None = None
 ) -> Result:
-    """Make the run of an instance that was started.
-
-    Raises:
-        StickslipError: the engine cannot continue the motion.
-    """
+    """Make the run of an instance that was started. StickslipError: the engine cannot continue the motion."""
     values = np.empty((request.times.size, request.references.size))
     c = _filled(instance.whole_run, request, values)
     c.next_time = c.next_knot = 0

@@ -36,11 +36,7 @@ _HOSTS = {
 
 
 def this_platform() -> Platform:
-    """The platform of the machine this runs on.
-
-    Raises:
-        StickslipError: FMUs cannot be built for this machine.
-    """
+    """The platform of the machine this runs on. StickslipError: FMUs cannot be built for this machine."""
     machine = platform.machine().lower()
     key = (platform.system().lower(), {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine))
     if key not in _HOSTS:

@@ -22,7 +22,6 @@ from identification.calibration.descent import Minimum, Progress
 from identification.calibration.follow import follow, residuals_of
 from identification.calibration.log import LogLike, ModelLog, Reading, model_log, rows_of
 from identification.calibration.pose import Settings, problem_of, with_instruments
-from identification.calibration.problem import SegmentProblem
 from identification.calibration.result import CalibratedValue, Calibration, LocalMinimum
 from identification.calibration.search import HERE, Plan, Search
 from identification.calibration.segments import IDEAL
@@ -78,10 +77,14 @@ def calibrate(
         said = replace(said, **taken)
     if not free:
         raise StickslipError("Name at least one parameter that is sought: --free k,c.")
-    read = [_log(log, fmu, said, f"log {number + 1}") for number, log in enumerate(_several(logs))]
+    several: Sequence[LogLike] = logs if isinstance(logs, list | tuple) else [logs]  # type: ignore[list-item]
+    read = [_log(log, fmu, said, f"log {number + 1}") for number, log in enumerate(several)]
     said = with_instruments(said, read)
     problem, sought = problem_of(fmu, read, list(free), said)
-    _check_count(problem)
+    rows, count = rows_of(problem.logs), len(problem.unknowns)
+    if rows <= count:
+        names = ", ".join(unknown.name for unknown in problem.unknowns)
+        raise StickslipError(f"{rows} samples cannot determine the {count} unknowns {names}. Free fewer of them.")
     plan = Plan(said.guesses, said.attempts, said.segments, said.seed, progress or (lambda _: None), execution)
     searched = Search(problem, sought, plan)
     with searched.runner:
@@ -110,22 +113,10 @@ def _reading(said: Settings, logs: Sequence[ModelLog]) -> Reading:
     return Reading(dict(said.columns), driven, tuple(said.hold), dict(said.events))
 
 
-def _several(logs: LogLike | Sequence[LogLike]) -> Sequence[LogLike]:
-    return logs if isinstance(logs, list | tuple) else [logs]  # type: ignore[list-item]
-
-
 def _log(source: LogLike, fmu: Fmu, said: Settings, name: str) -> ModelLog:
     return model_log(
         source, fmu, columns=said.columns, inputs=said.inputs, hold=said.hold, events=said.events, name=name
     )
-
-
-def _check_count(problem: SegmentProblem) -> None:
-    """Refuse more unknowns than samples."""
-    rows, count = rows_of(problem.logs), len(problem.unknowns)
-    if rows <= count:
-        names = ", ".join(unknown.name for unknown in problem.unknowns)
-        raise StickslipError(f"{rows} samples cannot determine the {count} unknowns {names}. Free fewer of them.")
 
 
 def _said(concluded: Concluded, minima: Sequence[Minimum]) -> list[str]:

@@ -43,7 +43,8 @@ class Comparison:
     def _samples(self, log: int, name: str, reading: SeriesReading) -> None:
         """Of a measured variable."""
         problem, rows, made = self.problem, reading.rows, self.made[reading.segment]
-        sensor, noise, column = problem.sensor(name, self.x), problem.noise[log, name], self._column(name)
+        sensor, noise = problem.sensor(name, self.x), problem.noise[log, name]
+        column = problem.subject.recorded.index(name)
         value = self.values[reading.at, column]
         modelled, (low, high) = sensor.gain * value + sensor.offset, sensor.clip
         self.residual[rows] = (np.clip(modelled, low, high) - reading.measured) / noise
@@ -61,9 +62,6 @@ class Comparison:
         for key, slope in by.items():
             if (name, key) in problem.sensed:
                 self.gradient[rows, problem.sensed[name, key]] = weight * slope
-
-    def _column(self, name: str) -> int:
-        return self.problem.subject.recorded.index(name)
 
     def _times(self, log: int, name: str, begin: int) -> None:
         """Of the event times of one contact, paired in their order within a segment; from row ``begin`` on."""

@@ -75,7 +75,9 @@ def _judged(filtered: Whitened, problem: SegmentProblem, solution: Solution) -> 
     )
     inflation = float(np.max(ratio[:shared], initial=0.0))
     covariance = basis @ told @ (check if inflation > MISTRUSTED else inner) @ told.T @ basis.T
-    projected = _projected(slopes[:, :shared], slopes[:, shared:])
+    columns, starts = slopes[:, :shared], slopes[:, shared:] / column_norms(slopes[:, shared:])
+    # as far as start states cannot do the same
+    projected = columns - starts @ np.linalg.lstsq(starts, columns, rcond=None)[0]
     collinear = of_gradient(projected, names, values[:shared], covariance[:shared, :shared])
     solution = replace(solution, evaluation=problem.evaluate(values))
     return Concluded(problem, filtered, solution, covariance, untold, collinear, inflation)
@@ -97,9 +99,3 @@ def _weighed(minimum: Minimum) -> tuple[SegmentProblem, Solution]:
         else:
             solution = replace(solution, evaluation=problem.evaluate(solution.values))
     return problem, solution
-
-
-def _projected(columns: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Columns (n, m), as far as start states (n, k) cannot do the same."""
-    scaled = starts / column_norms(starts)
-    return columns - scaled @ np.linalg.lstsq(scaled, columns, rcond=None)[0]

@@ -136,7 +136,8 @@ def descend(problem: SegmentProblem, x: np.ndarray, free_run: SegmentProblem, pr
                 if not problem.parted or free.misfit < FOLLOWS * misfit:
                     return free
     except KeyboardInterrupt:
-        return Minimum(problem, _at(problem, x), horizon, True)
+        joined = Solution(x, problem.evaluate(x), True, "segments joined", (False,) * len(x))
+        return Minimum(problem, joined, horizon, True)
     whole_logs = with_logs(problem, free_run.logs)
     joined = Minimum(whole_logs, levenberg(whole_logs, x, tolerance=ROUGH, evaluations=POLISH), horizon)
     return joined if free is None or horizon is not None or joined.misfit < LEFT * free.misfit else free
@@ -180,10 +181,6 @@ def begun(problem: SegmentProblem, x: np.ndarray) -> np.ndarray:
     begins = [n for n, one in enumerate(problem.segments) if n == 0 or problem.segments[n - 1].log != one.log]
     places = problem.starts[begins]
     return np.concatenate([x[: problem.shared], x[places[places >= 0]]])
-
-
-def _at(problem: SegmentProblem, x: np.ndarray) -> Solution:
-    return Solution(x, problem.evaluate(x), True, "segments joined", (False,) * len(x))
 
 
 def _horizon(problem: SegmentProblem, x: np.ndarray) -> float | None:

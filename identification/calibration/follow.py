@@ -50,10 +50,7 @@ class FollowedLog(Shown, Recorded):
 @one_blas_thread()
 def follow(calibration: Calibration, fmu: Fmu, log: ModelLog) -> FollowedLog:
     """The model of a calibration along a log that took part in it or not, which may measure other variables.
-
-    Raises:
-        StickslipError: the log has fewer samples than start states, or the model cannot be run at all.
-    """
+    StickslipError: the log has fewer samples than start states, or the model cannot be run at all."""
     begin, problem = _posed(calibration, fmu, log)
     problem, begins = _parted(problem, begin, calibration.horizon)
     solution = min((_descended(problem, x) for x in begins), key=lambda one: one.evaluation.sum)

@@ -39,11 +39,7 @@ class Reading:
     events: Mapping[str, str] = field(default_factory=dict)
 
     def read(self, source: LogLike, fmu: Fmu, *, name: str = "log") -> ModelLog:
-        """Another log of the model.
-
-        Raises:
-            StickslipError: as in `model_log`, or it lacks an input that the others had.
-        """
+        """Another log of the model. StickslipError: as in `model_log`, or it lacks an input that the others had."""
         constants = {name: value for name, value in self.inputs.items() if value is not None}
         log = model_log(
             source, fmu, columns=self.columns, inputs=constants, hold=self.hold, events=self.events, name=name

@@ -284,11 +284,7 @@ def track_online(
 
 
 def _undone(sensor: Sensor, values: Vector) -> Vector:
-    """What a sensor saw, NaN at its limits.
-
-    Raises:
-        StickslipError: it is late.
-    """
+    """What a sensor saw, NaN at its limits. StickslipError: it is late."""
     if sensor.delay:
         raise StickslipError("A filter takes samples as they come: no delay of a sensor. Shift the log's times.")
     inside = (values > sensor.clip[0]) & (values < sensor.clip[1])

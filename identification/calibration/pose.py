@@ -57,10 +57,7 @@ def problem_of(
     fmu: Fmu, logs: Sequence[ModelLog], free: Sequence[str], said: Settings
 ) -> tuple[SegmentProblem, tuple[FreeParameter, ...]]:
     """The free runs of all logs, and what is sought but start states. free: none, to seek start states alone.
-
-    Raises:
-        StickslipError: as in `calibrate`.
-    """
+    StickslipError: as in `calibrate`."""
     constants = {f"{name} {key}": (name, key) for name, key in said.sensed}
     priors = {name: prior for name, prior in said.priors.items() if name not in constants}
     sought = free_parameters(fmu, free, said.parameters, said.bounds, priors)
@@ -132,11 +129,8 @@ def _stated_noise(said: Settings, log: ModelLog, name: str) -> float | None:
 
 
 def with_instruments(said: Settings, logs: Sequence[ModelLog]) -> Settings:
-    """Settings with what stands with the logs of their sensors, where it was not set.
-
-    Raises:
-        StickslipError: logs that differ in what is said of a sensor.
-    """
+    """Settings with what stands with the logs of their sensors, where it was not set. StickslipError: logs that differ
+    in what is said of a sensor."""
     sensors, sensed, priors = dict(said.sensors), list(said.sensed), dict(said.priors)
     for name in dict.fromkeys(name for log in logs for name in log.measured):
         stated = [log.instruments.get(name, UNSTATED) for log in logs if name in log.measured]

@@ -32,7 +32,6 @@ class SegmentProblem(Segmented, FitProblem):
     latest: list[tuple[tuple[object, ...], Readings]] = field(default_factory=list, repr=False)
 
     def start(self) -> np.ndarray:
-        """As given."""
         return self.first
 
     def residual(self, x: np.ndarray) -> np.ndarray:
@@ -76,11 +75,8 @@ class SegmentProblem(Segmented, FitProblem):
         return Evaluation(here.residual, here.gradient, readings.log, readings.log, np.full(len(readings.log), np.nan))
 
     def tangents(self, x: np.ndarray) -> list[np.ndarray]:
-        """(states, states) derivative of each segment's end by its start, in units of ``scale``.
-
-        Raises:
-            StickslipError: a segment cannot be run.
-        """
+        """(states, states) derivative of each segment's end by its start, in units of ``scale``. StickslipError: a
+        segment cannot be run."""
         found, first = [], len(self.subject.parameters)
         for number, segment in enumerate(self.segments):
             run = self.subject.respond(self.stretch(number, x, np.array([segment.end])))

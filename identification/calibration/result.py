@@ -121,11 +121,7 @@ class Calibration(Pictured):
     solved: Solved | None = field(default=None, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> CalibratedValue:
-        """A parameter or start state by name.
-
-        Raises:
-            StickslipError: there is none.
-        """
+        """A parameter or start state by name. StickslipError: there is none."""
         values = {one.name: one for one in self.all_values}
         refuse_unknown(name, values, f"{self.model} was calibrated without '{name}'.")
         return values[name]
@@ -248,11 +244,8 @@ def calibrated_fmu(
     found: Calibration, declaration: str | None = None, *, trust: bool = False, fmi_version: str = "3.0"
 ) -> Fmu:
     """The model of a calibration as an FMU, where it was declared, or where it is now; an FMU has its version already.
-    trust: code that the calibration names may run.
-
-    Raises:
-        StickslipError: it is not there, the calibration does not say where, or names code that is not trusted.
-    """
+    trust: code that the calibration names may run. StickslipError: it is not there, the calibration does not say where,
+    or names code that is not trusted."""
     place = declaration or found.declaration
     if not place:
         raise StickslipError(f"The calibration does not say where {found.model} is declared: name it with --machine.")

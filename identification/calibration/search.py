@@ -90,10 +90,7 @@ class Search:
 
     def _drawn(self, first: np.ndarray) -> Iterator[np.ndarray]:
         """Guesses about the first values, these before all others; none of parameters that exclude each other.
-
-        Raises:
-            StickslipError: the first values are such.
-        """
+        StickslipError: the first values are such."""
         problem = self.trials.light
         refused = refusal_of(problem, first)
         if refused and refused == refusal_of(problem, first, shown=True):
@@ -110,11 +107,8 @@ class Search:
             yield guess
 
     def minima(self) -> tuple[Minimum, ...]:
-        """Minima, the best first; as many as there are when it is interrupted.
-
-        Raises:
-            StickslipError: no guess could be run at all.
-        """
+        """Minima, the best first; as many as there are when it is interrupted. StickslipError: no guess could be run at
+        all."""
         trials, plan, light = self.trials, self.plan, self.trials.light
         if not self.draws:
             met = grown(light, self.free, plan.guesses, plan.starts, self.generator)

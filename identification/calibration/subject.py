@@ -100,22 +100,15 @@ class Subject(ABC):
 
     @abstractmethod
     def trajectory(self, stretch: Stretch) -> Trajectory:
-        """The run alone.
-
-        Raises:
-            StickslipError: it cannot be made.
-        """
+        """The run alone. StickslipError: it cannot be made."""
 
     @abstractmethod
     def respond(self, stretch: Stretch) -> Response:
         """The run with its derivatives by ``by``; errors as in `trajectory`."""
 
     def check(self, time: Vector) -> None:
-        """Refuse times (n,) of a log at which there is nothing to compare.
-
-        Raises:
-            StickslipError: a map has no value between its iterates.
-        """
+        """Refuse times (n,) of a log at which there is nothing to compare. StickslipError: a map has no value between
+        its iterates."""
         broken = np.flatnonzero(time != np.round(time))
         if not self.half and broken.size:
             raise StickslipError(

@@ -69,10 +69,7 @@ class DifferencedSubject(Subject):
     @abstractmethod
     def swept(self, window: Window, names: tuple[str, ...], rows: Vector) -> Vector:
         """(runs, n, k) of what is recorded, of a run for each of ``rows`` (runs, names) of parameters and start states.
-
-        Raises:
-            StickslipError: one of them cannot be made.
-        """
+        StickslipError: one of them cannot be made."""
 
     def shown(self, stretch: Stretch) -> Response:
         given = {**stretch.values, **stretch.start}
@@ -142,11 +139,7 @@ class SystemFmu(Fmu):
 
     @classmethod
     def coupled(cls, system: CoupledSystem) -> SystemFmu:
-        """A coupled system.
-
-        Raises:
-            StickslipError: its units are stepped one by one.
-        """
+        """A coupled system. StickslipError: its units are stepped one by one."""
         if not system.integrates:
             raise StickslipError(
                 f"The units of '{system.name}' are stepped one by one. A calibration integrates all as one: each needs "
@@ -262,11 +255,8 @@ class MapSubject(DifferencedSubject):
 
 
 def opened(model: Model | Fmu | CoupledSystem | Map, *, fmi_version: str = "3.0") -> Fmu:
-    """What a calibration is of, from what names it.
-
-    Raises:
-        StickslipError: there is no such model, or its units are stepped one by one.
-    """
+    """What a calibration is of, from what names it. StickslipError: there is no such model, or its units are stepped
+    one by one."""
     if isinstance(model, str) and is_system(model):
         model = read_system(model, fmi_version=fmi_version)
     if isinstance(model, str) and (declared := named_map(model)) is not None:
@@ -285,11 +275,8 @@ def opened(model: Model | Fmu | CoupledSystem | Map, *, fmi_version: str = "3.0"
 
 
 def subject_of(fmu: Fmu, parameters: Sequence[str], measured: Sequence[str]) -> Subject:
-    """The FMU with what is asked of it.
-
-    Raises:
-        StickslipError: it or a state is an array, or times of events are asked of an FMU of others.
-    """
+    """The FMU with what is asked of it. StickslipError: it or a state is an array, or times of events are asked of an
+    FMU of others."""
     refuse_arrays(fmu, [*parameters, *measured])
     if isinstance(fmu, SystemFmu):
         if isinstance(fmu.system, Map):

@@ -51,11 +51,8 @@ class Ties:
 
 
 def of_lmfit(fmu: Fmu, parameters: Parameters) -> tuple[list[str], dict[str, Any]]:
-    """What is free, and settings, of `lmfit.Parameters` named after parameters and states of a model.
-
-    Raises:
-        StickslipError: a name that is none of the model, none that varies, or as `lmfit_exchange.given`.
-    """
+    """What is free, and settings, of `lmfit.Parameters` named after parameters and states of a model. StickslipError: a
+    name that is none of the model, none that varies, or as `lmfit_exchange.given`."""
     names = {identifier(name): name for name in (*fmu.parameters, *fmu.states, *fmu.memories)}
     for key in parameters:
         refuse_unknown(key, names, f"'{fmu.description.modelName}' has no parameter or state '{key}'.")

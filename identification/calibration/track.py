@@ -226,12 +226,15 @@ def _begun(free_run: SegmentProblem, count: int, said: Settings) -> tuple[DriftP
         for segment in problem.segments
     ]
     names = [unknown.name for unknown in problem.unknowns[:count]]
-    pieces = tuple(_piece(log, segment.holds(log.time), n) for n, segment in enumerate(problem.segments))
+    pieces = []
+    for n, inside in enumerate(segment.holds(log.time) for segment in problem.segments):
+        measured = {name: values[inside] for name, values in log.measured.items()}
+        pieces.append(ModelLog(f"{log.name} {n}", log.time[inside], measured, log.inputs))
     segments = tuple(replace(segment, log=n) for n, segment in enumerate(problem.segments))
     starts = np.where(problem.starts >= 0, problem.starts + walks.size - count, -1)
     parted = replace(
         problem,
-        logs=pieces,
+        logs=tuple(pieces),
         segments=segments,
         unknowns=(*walking, *problem.unknowns[count:]),
         first=np.concatenate([np.repeat(x[:count], number), x[count:]]),
@@ -243,11 +246,6 @@ def _begun(free_run: SegmentProblem, count: int, said: Settings) -> tuple[DriftP
     span = float(np.ptp(log.time))
     rates = FIRST * np.maximum(np.abs(x[:count]), 1e-9) / np.sqrt(span)
     return DriftProblem(parted, walks, np.diff(begins), rates), parted.first
-
-
-def _piece(log: ModelLog, inside: np.ndarray, number: int) -> ModelLog:
-    measured = {name: values[inside] for name, values in log.measured.items()}
-    return ModelLog(f"{log.name} {number}", log.time[inside], measured, log.inputs)
 
 
 def _smoothed(

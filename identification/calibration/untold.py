@@ -35,7 +35,9 @@ def untold_directions(
     _, singular, right = np.linalg.svd(rows / norms, full_matrices=False)
     shared = len(unknowns)
     moves = np.abs(right[:, :shared]) / norms[:shared] / np.maximum(singular, np.finfo(float).tiny)[:, None]
-    blurred = np.max(moves / _sizes(unknowns, values[:shared]), axis=1, initial=0.0) > 1
+    # by how much each would have to move to be another one: by itself, and an angle by a radian
+    sizes = [max(abs(x), 1.0 if u.unit == "rad" else SILENT) for u, x in zip(unknowns, values[:shared], strict=True)]
+    blurred = np.max(moves / np.array(sizes), axis=1, initial=0.0) > 1
     told = (singular > least * singular[0]) | ~blurred & (singular > LOST * singular[0])
     untold = []
     for vector in np.abs(right[~told]):
@@ -49,13 +51,6 @@ def column_norms(columns: np.ndarray) -> np.ndarray:
     """(m,) lengths of columns, 1 of an empty one."""
     norms = np.linalg.norm(columns, axis=0)
     return np.where(norms > 0, norms, 1.0)
-
-
-def _sizes(unknowns: Sequence[Unknown], values: np.ndarray) -> np.ndarray:
-    """(m,) by how much each would have to move to be another one: by itself, and an angle by a radian."""
-    return np.array(
-        [max(abs(x), 1.0 if one.unit == "rad" else SILENT) for one, x in zip(unknowns, values, strict=True)]
-    )
 
 
 def meeting(here: Evaluation, problem: SegmentProblem) -> np.ndarray:

@@ -84,11 +84,8 @@ def named(disturbances: str) -> str | list[str]:
 
 
 def decay_of(logs: Sequence[RigLog], said: Stated = NOTHING) -> FreeDecay | None:
-    """The free decay, if there is one among the logs, with ratios that are said in place of its own.
-
-    Raises:
-        StickslipError: a ratio is set and there is no free decay, or a constant that the decay takes the place of.
-    """
+    """The free decay, if there is one among the logs, with ratios that are said in place of its own. StickslipError: a
+    ratio is set and there is no free decay, or a constant that the decay takes the place of."""
     from identification.measurement.free_decay import fit_free_decay
 
     ratios = {name: said.values[name] for name in RATIOS if name in said.values}

@@ -66,10 +66,7 @@ class Stated:
 
 def stated(settings: Sequence[str] | None, uncertainties: Sequence[str] | None = None) -> Stated:
     """Values and uncertainties from ``--set NAME=VALUE``, ``NAME=VALUE±SD`` (or +-) and ``--uncertainty NAME=SD``.
-
-    Raises:
-        StickslipError: not of that form, an uncertainty that is not positive, or a name twice.
-    """
+    StickslipError: not of that form, an uncertainty that is not positive, or a name twice."""
     parts = [re.split(r"±|\+-|\+/-", text, maxsplit=1) for text in settings or ()]
     values = console.assignments([part[0] for part in parts], "rig constant")
     beside = [f"{part[0].partition('=')[0]}={part[1]}" for part in parts if len(part) > 1]

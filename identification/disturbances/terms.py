@@ -35,10 +35,7 @@ def undisturbed(
 
 def ranked(names: Sequence[str] | None = None) -> dict[str, Disturbance]:
     """Disturbances by name in the order of their terms; those of our own and of installed packages if None.
-
-    Raises:
-        StickslipError: there is none of a name.
-    """
+    StickslipError: there is none of a name."""
     for name in names or ():
         if not (is_place(name) or name in DISTURBANCES.members() or name in DISTURBANCES.names()):
             raise StickslipError(f"There is no disturbance '{name}'.{nearest(name, DISTURBANCES.names())}")
@@ -47,11 +44,8 @@ def ranked(names: Sequence[str] | None = None) -> dict[str, Disturbance]:
 
 
 def terms_of(ready: Pool, causes: Sequence[str], sizes: Mapping[str, float] = UNSIZED) -> tuple[DisturbanceTerm, ...]:
-    """The terms of these causes for pooled logs. sizes: of causes, where an earlier fit found them.
-
-    Raises:
-        StickslipError: an unknown cause, two discs, or logs that cannot show one.
-    """
+    """The terms of these causes for pooled logs. sizes: of causes, where an earlier fit found them. StickslipError: an
+    unknown cause, two discs, or logs that cannot show one."""
     disturbances = ranked(causes)
     if causes and len(ready.contacts) > 1:
         raise StickslipError("Disturbances are estimated with one driving disc. Fit the logs of each disc by itself.")

@@ -36,12 +36,9 @@ STRUCTURE = (
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
-    """LuGre's law from pooled logs; ``law``: one of LuGre's, or the steady one behind it (Conti's,
-    Stribeck's). If this stage is interrupted or fails, slip shooting's result is returned with a warning.
-
-    Raises:
-        StickslipError: another law, or as for slip shooting.
-    """
+    """LuGre's law from pooled logs; ``law``: one of LuGre's, or the steady one behind it (Conti's, Stribeck's). If this
+    stage is interrupted or fails, slip shooting's result is returned with a warning. StickslipError: another law, or as
+    for slip shooting."""
     if isinstance(law, JointLaw):
         raise StickslipError(
             "The estimator 'lugre' is of one driving disc: with two, the force in stick on one is not known apart from "

@@ -53,11 +53,7 @@ class FrictionSamples:
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
-    """Friction law from pooled logs.
-
-    Raises:
-        StickslipError: no slip segment holds a window, or friction has the wrong sign.
-    """
+    """Friction law from pooled logs. StickslipError: no slip segment holds a window, or friction has the wrong sign."""
     if isinstance(law, JointLaw):
         raise StickslipError(
             "Two driving discs give no friction coefficient at a single sample, only the sum of their forces: fit them "

@@ -44,11 +44,8 @@ STRUCTURE = (
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
     """Friction law from pooled logs. If the later stages are interrupted, or the model cannot be run with the law that
-    was found first, that one is returned with a warning.
-
-    Raises:
-        StickslipError: no slip lasts long enough, or friction has the wrong sign.
-    """
+    was found first, that one is returned with a warning. StickslipError: no slip lasts long enough, or friction has the
+    wrong sign."""
     first = first_values(ready, law, options)
     try:
         problem, solution = shoot(ready, law, _carried(first, law, options), options)
@@ -116,11 +113,8 @@ def straight(ready: Pool, law: FittableLaw, q: np.ndarray) -> tuple[Bend, ...]:
 
 
 def slip_shooting(ready: Pool) -> tuple[list[ShootingSegment], bool]:
-    """Segments on the slip segments of a pool, and whether the noise of their sensors is known.
-
-    Raises:
-        StickslipError: every segment is too short.
-    """
+    """Segments on the slip segments of a pool, and whether the noise of their sensors is known. StickslipError: every
+    segment is too short."""
     shortest = SHORTEST * ready.natural_period
     long = [s for s in ready.segments if (s.last - s.first) * s.motion.step > shortest]
     if len(long) < 2:

@@ -37,10 +37,7 @@ def shooting_problem(
     noise_known: bool,
 ) -> ShootingProblem:
     """The problem of these segments. q: (m,) first values of the law's parameters, and of disturbances where known.
-
-    Raises:
-        StickslipError: a nuisance parameter is unknown, or nothing is known of it.
-    """
+    StickslipError: a nuisance parameter is unknown, or nothing is known of it."""
     others = _nuisance(ready, options.nuisance, any(segment.laser for segment in segments))
     terms = options.disturbances
     every = options.given.bounded((*unknowns(law), *(term.unknown for term in terms), *others))
@@ -67,7 +64,9 @@ def shooting_problem(
         residual_unit="m" if any(segment.laser for segment in segments) else "rad",
         terms=terms,
         workers=options.workers,
-        turned=_along_logs(ready, _turned) if TURNED in variables else {},
+        turned=_along_logs(ready, lambda motion: drive_angle(motion, int(motion.log.contacts[0][-1])))
+        if TURNED in variables
+        else {},
         loads=_along_logs(ready, lambda motion: load_factor(motion, ready.values.N)) if LOAD in variables else {},
     )
 
@@ -112,11 +111,6 @@ def _along_logs(ready: Pool, values_of: Callable[[DiscMotion], np.ndarray]) -> d
         (signal,) = drive_signals(motion)
         signals[number] = Signal(signal.time, np.interp(signal.time, motion.time, values_of(motion)))
     return signals
-
-
-def _turned(motion: DiscMotion) -> np.ndarray:
-    """Angle (n,) of the drive, rad."""
-    return drive_angle(motion, int(motion.log.contacts[0][-1]))
 
 
 def _nuisance(ready: Pool, names: Sequence[str], laser: bool) -> tuple[Unknown, ...]:

@@ -34,7 +34,6 @@ from identification.laws.law import FittableLaw
 from identification.measurement.motion import odd_count, savitzky_golay
 from identification.measurement.pooled import Pool, RigValues
 from identification.measurement.slip_segments import SlipSegment, long_enough, slip_segments
-from rig_io.logs.log import RigLog
 
 COLUMNS = ("slip", "measured", "force", "angle", "turn", "always")  # with a row for each window
 THIN = 3  # samples per node of the average: 80 nodes on a bump whose first seven derivatives vanish at the ends
@@ -143,7 +142,8 @@ def joint_equations(
         columns["force"].append(np.tile(force, (rows, 1)))
         columns["angle"].append(windows(smooth, count, stride)[:, nodes])
         columns["turn"].append(np.maximum(np.abs(windows(speed, count, stride)[:, nodes]) * THIN * step, NEAR))
-        columns["always"].append(np.full(rows, _always(segment.motion.log)))
+        log = segment.motion.log
+        columns["always"].append(np.full(rows, len(log.contacts) == 1 or log.experiment.arrangement == "together"))
         whiten.append(whitening(weights, stride, rows, segment.motion.memory / step))
     arrays: dict[str, Any] = {name: np.concatenate(pieces) for name, pieces in columns.items()}
     cluster = np.repeat(np.arange(len(segments)), [len(column) for column in columns["measured"]])
@@ -165,11 +165,6 @@ def _of_discs(segment: SlipSegment, speed: np.ndarray, rig: RigValues) -> tuple[
         slip[disc] = rig.r * drive[segment.first : segment.last] - rig.R * speed
         force[disc] = rig.forces[disc]
     return slip, force
-
-
-def _always(log: RigLog) -> bool:
-    """Whether the discs of a log touch at every angle."""
-    return len(log.contacts) == 1 or log.experiment.arrangement == "together"
 
 
 def first_guess(these: JointRegression, law: JointLaw) -> np.ndarray:
@@ -224,11 +219,8 @@ def _linear_fit(these: JointRegression, law: JointLaw, x: float) -> tuple[float,
 
 
 def segments_at(ready: Pool, law: JointLaw, q: np.ndarray) -> Pool:
-    """The pool with the slip segments of the disc that touches by a law with parameters q (m,).
-
-    Raises:
-        StickslipError: one of the discs is not touched in any log.
-    """
+    """The pool with the slip segments of the disc that touches by a law with parameters q (m,). StickslipError: one of
+    the discs is not touched in any log."""
     period = ready.natural_period
     segments: list[SlipSegment] = []
     seen: set[str] = set()
@@ -265,11 +257,8 @@ class JointProblem(RegressionProblem):
 
 
 def estimate(ready: Pool, law: JointLaw, options: Options) -> tuple[JointProblem, Solution]:
-    """Friction laws of two discs, and the changeover, from pooled logs.
-
-    Raises:
-        StickslipError: no slip segment holds a window, or one disc is touched nowhere.
-    """
+    """Friction laws of two discs, and the changeover, from pooled logs. StickslipError: no slip segment holds a window,
+    or one disc is touched nowhere."""
     problem = _problem(ready, law)
     _check_apart(problem.regression)
     problem = replace(problem, guess=options.given.start(problem))

@@ -40,11 +40,8 @@ _kept: WeakKeyDictionary[Pool, RegressionProblem] = WeakKeyDictionary()
 
 
 def estimate(ready: Pool, law: FittableLaw, options: Options) -> Estimate:
-    """Friction law from pooled logs; of two discs by `identification.estimators.two_discs`.
-
-    Raises:
-        StickslipError: no slip segment holds a window, or friction has the wrong sign.
-    """
+    """Friction law from pooled logs; of two discs by `identification.estimators.two_discs`. StickslipError: no slip
+    segment holds a window, or friction has the wrong sign."""
     if isinstance(law, JointLaw):
         return Estimate(ESTIMATOR, law, *two_discs.estimate(ready, law, options))
     return Estimate(ESTIMATOR, law, *regress(ready, law, _equations, WINDOW, options))

@@ -85,11 +85,8 @@ def excess(solution: Solution) -> tuple[str, ...]:
 
 
 def follow(slips: ShootingProblem, x: np.ndarray, options: Options) -> tuple[ShootingProblem, Solution]:
-    """Stages 2 and 3. slips: slip shooting, solved at x.
-
-    Raises:
-        StickslipError: the model cannot be run, or does not follow a log even roughly.
-    """
+    """Stages 2 and 3. slips: slip shooting, solved at x. StickslipError: the model cannot be run, or does not follow a
+    log even roughly."""
     problem = cycle_problem(slips, x, slips.law, x[: len(slips.law.parameters)], options)
     problem.evaluate(problem.first)
     bends = shooting.straight(slips.ready, slips.law, x[: len(slips.law.parameters)])

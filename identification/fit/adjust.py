@@ -75,11 +75,8 @@ def as_stated(estimate: Estimate) -> Adjusted:
 
 def adjust(ready: Pool, first: Estimate, options: Options, radii_hold: bool = False) -> Adjusted:
     """The same fit with adjusted constants. radii_hold: slips without a law do not ask for other radii (`contest`), so
-    that those which a law asks for are its own error.
-
-    Raises:
-        ContradictedRadii: R or r contradicts the logs (R only where an encoder shows the laser's gain).
-    """
+    that those which a law asks for are its own error. ContradictedRadii: R or r contradicts the logs (R only where an
+    encoder shows the laser's gain)."""
     try:
         # what a parameter of the law that is held misses would pass for constants that are off
         fixed = set(first.law.names) & set(first.solution.fixed)
@@ -120,13 +117,16 @@ def _adjusted(ready: Pool, first: Estimate, options: Options, slips: bool, hold:
                 break
             if slips and _lengths(clash) and (hold or not _explained(first, clash, options)):
                 return _adjusted(ready, first, options, slips=False, hold=hold)
-            _check_lengths(clash, stated, alone=len(ready.contacts) == 1)
+            if off := _lengths(clash):  # not widened: a wrong lever makes the law's form wrong too
+                values = {prior.name: prior.value for prior in stated}
+                raise contradicted(off, values, f"{clash.deviations:.3g}", alone=len(ready.contacts) == 1)
             conflicts = [conflict for conflict in conflicts if conflict.names != clash.names]
             conflicts.append(clash)
             readings = widened(readings, clash)
             continue
         at, x = at * np.exp(update.step), np.clip(x + best + slope @ update.step, *problem.limits)
-        problem = problem.with_held(_moved(problem.held, at))
+        moved = (replace(prior, value=float(value)) for prior, value in zip(problem.held, at, strict=True))
+        problem = problem.with_held(tuple(moved))
         try:
             evaluation = problem.evaluate(x)
         except StickslipError:  # the model does not follow the logs with constants that they ask for
@@ -155,10 +155,6 @@ def _source(stated: Prior, deviation: float) -> str:
     """Where an adjusted constant is from; one of which nothing more is known than was stated is that."""
     before = stated.standard_uncertainty / stated.value
     return stated.source if deviation >= KNOWN * before else f"{stated.source}; adjusted"
-
-
-def _moved(priors: Sequence[Prior], at: np.ndarray) -> tuple[Prior, ...]:
-    return tuple(replace(prior, value=float(value)) for prior, value in zip(priors, at, strict=True))
 
 
 def _evidence(
@@ -231,17 +227,11 @@ def _explained(first: Estimate, clash: Contradiction, options: Options) -> bool:
     return False
 
 
-def _check_lengths(clash: Contradiction, stated: Sequence[Prior], alone: bool) -> None:
-    """R and r that contradict the logs are not widened: a wrong lever makes the law's form wrong too. alone: of one
-    driving disc, whose disturbances can be estimated."""
-    if off := _lengths(clash):
-        raise contradicted(off, {prior.name: prior.value for prior in stated}, f"{clash.deviations:.3g}", alone)
-
-
 def contradicted(
     off: Mapping[str, float], values: Mapping[str, float], deviations: str, alone: bool
 ) -> ContradictedRadii:
-    """The refusal of radii that are off. off: what the logs ask for, m; values: as stated; alone: as above."""
+    """The refusal of radii that are off. off: what the logs ask for, m; values: as stated; alone: of one driving disc,
+    whose disturbances can be estimated."""
     demands = " or ".join(f"{name} = {radius:.4g} m instead of {values[name]:.4g}" for name, radius in off.items())
     advice = (
         " A disturbance of the bench may look the same, as wear does: --disturbances auto seeks one, "

@@ -50,11 +50,8 @@ def conclude(
     sticks: bool = True,
 ) -> FrictionFit:
     """Say how well a solution is known; ``progress`` is told the fraction done; warnings: after those of the estimator;
-    sticks: whether they are asked too.
-
-    Raises:
-        StickslipError: the logs do not determine the parameters one by one, or as in `infer`.
-    """
+    sticks: whether they are asked too. StickslipError: the logs do not determine the parameters one by one, or as in
+    `infer`."""
     estimate = solved.estimate
     estimator, problem, solution, law = estimate.estimator, estimate.problem, estimate.solution, estimate.law
     searched_problem, at_searched, free = searched(problem, solution)
@@ -81,6 +78,7 @@ def conclude(
     bound = None if inference.bound is None else among(inference.bound, free)
     unknowns = _parameters(problem, solution, (covariance, white, bound), scale)
     parameters = unknowns[:count]
+    held = [f"{one.name} held at {one.value:g} {one.unit}" for one in unknowns if one.held]
     many = {one.name for one in problem.unknowns if one.prior is not None and one.prior.many}
     nuisance = tuple(one for one in unknowns[count:] if one.name not in many)
     rows = problem.rows(solution.values)
@@ -88,7 +86,7 @@ def conclude(
     return FrictionFit(
         estimator=estimator.name,
         law=law.name,
-        structure=(*estimator.structure, *ready.assumed, *_held_values(unknowns)),
+        structure=(*estimator.structure, *ready.assumed, *held),
         contacts=ready.contacts,
         materials=tuple(ready.materials),
         parameters=parameters,
@@ -184,13 +182,8 @@ def _followed(solved: Adjusted, elastic: PreSliding) -> PreSliding:
     noise, scale = np.sqrt(covariance[index, index]), np.sqrt(by @ solved.covariance @ by)
     compliance, per = 1 / stiffness, 1 / stiffness**2
     deviations, cycles = (float(noise) * per, float(scale) * per), len(fit[0].segments)
-    return PreSliding(compliance, *deviations, cycles, FOLLOWED * compliance, _unknown(solved, by))
-
-
-def _unknown(solved: Adjusted, by: np.ndarray) -> bool:
-    """Whether constants whose uncertainty nobody states have an effect (n,) on something."""
-    priors = solved.estimate.problem.held
-    return any(slope for prior, slope in zip(priors, by, strict=True) if not prior.stated)
+    unknown = any(slope for prior, slope in zip(estimate.problem.held, by, strict=True) if not prior.stated)
+    return PreSliding(compliance, *deviations, cycles, FOLLOWED * compliance, unknown)
 
 
 def _unseen(law: FittableLaw, q: np.ndarray, rows: FrictionRows) -> tuple[str, ...]:
@@ -213,12 +206,6 @@ def _correlations(covariance: np.ndarray, free: np.ndarray) -> tuple[tuple[float
     """Correlations of all parameters (m,), from the covariance of those searched; a held one goes with no other."""
     matrix = among(correlation(covariance), free) + np.diag((~free).astype(float))
     return tuple(tuple(float(x) for x in row) for row in matrix)
-
-
-def _held_values(parameters: tuple[FittedParameter, ...]) -> tuple[str, ...]:
-    return tuple(
-        f"{parameter.name} held at {parameter.value:g} {parameter.unit}" for parameter in parameters if parameter.held
-    )
 
 
 def _finite(bound: float) -> float | None:

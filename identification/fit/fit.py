@@ -118,11 +118,8 @@ class _Work:
         return adjust(self.ready, estimate, options, radii_hold)
 
     def without_causes(self) -> FrictionFit:
-        """The fit without disturbances; with constants as stated where a disturbance takes them off.
-
-        Raises:
-            ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
-        """
+        """The fit without disturbances; with constants as stated where a disturbance takes them off. ContradictedRadii:
+        R or r contradicts the logs, and no disturbance explains that better."""
         first, options = self.estimated("search")
         try:
             solved = adjust(self.ready, first, options)
@@ -157,20 +154,17 @@ class _Work:
         report(1.0)
         return estimate, options
 
-    def concluded(self, stage: str, solved: Adjusted, rule: Inference | None = None) -> FrictionFit:
-        """What a solution says; after an interrupt by the jackknife, which takes no time."""
-        rule = rule or self.inference
+    def contested(self, solved: Adjusted, verdict: Verdict | None) -> FrictionFit:
+        """What a solution says, with the spread over laws; after an interrupt by the jackknife, which takes no time.
+        verdict: on its slips."""
+        rule = self.inference
         try:
-            return conclude(self.ready, solved, rule, progress=self.stages.of(stage))
+            fit = conclude(self.ready, solved, rule, progress=self.stages.of("end"))
         except KeyboardInterrupt:
             warning = (
                 f"Interrupted: {rule.covariance} and intervals were not finished; the deviations are the jackknife's."
             )
-            return conclude(self.ready, solved, DEFAULT_INFERENCE, warnings=(warning,))
-
-    def contested(self, solved: Adjusted, verdict: Verdict | None) -> FrictionFit:
-        """What a solution says, with the spread over laws. verdict: on its slips."""
-        fit = self.concluded("end", solved)
+            fit = conclude(self.ready, solved, DEFAULT_INFERENCE, warnings=(warning,))
         if verdict is None:
             return fit
         fit = replace(fit, free=verdict.curve)
@@ -180,11 +174,8 @@ class _Work:
         return fit if result is None else with_spread(fit, result)
 
     def with_causes(self, named: tuple[str, ...]) -> FrictionFit:
-        """The fit with the disturbances that are named, or that its slips show.
-
-        Raises:
-            ContradictedRadii: R or r contradicts the logs, and no disturbance explains that better.
-        """
+        """The fit with the disturbances that are named, or that its slips show. ContradictedRadii: R or r contradicts
+        the logs, and no disturbance explains that better."""
         failed, first, options = None, None, self.options
         try:
             first, options = self.estimated("search")
@@ -209,7 +200,11 @@ class _Work:
         if failed is not None and not causes:
             raise failed
         hold = verdict is not None
-        held = tuple(cause for cause in causes if all(map(self._holds, terms_found(self.ready, [cause]))))
+        held = tuple(
+            cause
+            for cause in causes
+            if not self.estimator.inverse or all(term.by_inverse_dynamics for term in terms_found(self.ready, [cause]))
+        )
         if held:
             fit = self._added(held, first, options, failed, verdict)
         else:
@@ -224,9 +219,6 @@ class _Work:
     def _bare(self, first: Estimate, options: Options, failed: StickslipError | None, hold: bool = False) -> Adjusted:
         """The solution without disturbances."""
         return as_stated(first) if failed else adjust(self.ready, first, options, hold)
-
-    def _holds(self, term: DisturbanceTerm) -> bool:
-        return term.by_inverse_dynamics or not self.estimator.inverse
 
     def _added(
         self,

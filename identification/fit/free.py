@@ -30,11 +30,8 @@ from identification.measurement.pooled import Pool
 def fit_free(
     ready: Pool, law: FittableLaw, options: Options, inference: Inference, named: tuple[str, ...] | None, stages: Stages
 ) -> FrictionFit:
-    """The curve of the slips as a fit. named: disturbances beside it; None: those that the slips show.
-
-    Raises:
-        StickslipError: slips do not tell a curve, or `law` or constants were to be found otherwise.
-    """
+    """The curve of the slips as a fit. named: disturbances beside it; None: those that the slips show. StickslipError:
+    slips do not tell a curve, or `law` or constants were to be found otherwise."""
     if options.nuisance or options.given.held or options.given.bounds:
         raise StickslipError(
             f"The law '{law.name}' takes its values from the curve of the slips: nothing is held or estimated beside "

@@ -8,8 +8,6 @@ instruments, constants) without taking any of it as linear.
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
 from identification.disturbances.terms import terms_of
@@ -19,7 +17,7 @@ from identification.fit.result import FrictionFit
 from identification.inference.choice import coloured_covariance
 from identification.inference.defaults import SEED
 from identification.inference.posterior import STEPS, Posterior, Target, load_emcee, sample
-from identification.inference.problem import FitProblem, Solution, identifier, searched
+from identification.inference.problem import identifier, searched
 from identification.laws import find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooled import Pool
@@ -61,28 +59,21 @@ def target_of(ready: Pool, fit: FrictionFit, workers: int | None = None) -> Targ
     law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
     estimate = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
     problem, solution = estimate.problem, estimate.solution
-    covariance = _coloured(problem, solution)
+    # of the unknowns without a prior, the others held, and wide enough for coloured residuals
+    fixed = {u.name: value for u, value in zip(problem.unknowns, solution.values, strict=True) if u.prior is not None}
+    reduced, seen, _ = searched(problem, replace(solution, fixed=tuple(fixed)))
+    covariance = coloured_covariance(reduced, seen, "jackknife")
     names = [unknown.name for unknown in problem.unknowns]
     readings = [reading for reading in ready.readings if set(reading.powers) <= set(names)]
     return Target(problem, solution, covariance, readings)
 
 
 def check_samplable(estimator: str) -> None:
-    """Whether there is a posterior of fits by this estimator, here, before the work.
-
-    Raises:
-        StickslipError: it has none, or emcee is not installed.
-    """
+    """Whether there is a posterior of fits by this estimator, here, before the work. StickslipError: it has none, or
+    emcee is not installed."""
     if estimator not in ABLE:
         raise StickslipError(
             f"The estimator '{estimator}' has no likelihood of what the sensors show. A posterior is sampled by "
             f"{' or '.join(ABLE)}: choose one of them with --estimator."
         )
     load_emcee()
-
-
-def _coloured(problem: FitProblem, solution: Solution) -> np.ndarray:
-    """Covariance (q, q) of the unknowns without a prior, the others held, that allows for coloured residuals."""
-    fixed = {u.name: value for u, value in zip(problem.unknowns, solution.values, strict=True) if u.prior is not None}
-    reduced, seen, _ = searched(problem, replace(solution, fixed=tuple(fixed)))
-    return coloured_covariance(reduced, seen, "jackknife")

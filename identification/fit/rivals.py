@@ -67,18 +67,15 @@ _last: WeakKeyDictionary[Pool, dict[str, Rival]] = WeakKeyDictionary()
 
 def weak_fits(ready: Pool, laws: Mapping[str, FittableLaw], options: Options) -> dict[str, Rival]:
     """Laws by a weak form of few nodes, with the disturbances of these options: what costs next to nothing. The last
-    fits are kept with the pool.
-
-    Raises:
-        StickslipError: the logs cannot be fitted by the weak form.
-    """
+    fits are kept with the pool. StickslipError: the logs cannot be fitted by the weak form."""
     before, fits = _last.get(ready, {}), dict[str, Rival]()
     seen = tuple(term for term in options.disturbances if term.by_inverse_dynamics)
     options, zeros = replace(options, disturbances=seen), np.zeros(len(seen))
     for name, law in laws.items():
         problem = weak_form.of_few_nodes(ready, law, options)
         last = before.get(name)
-        if last is not None and last.law is law and _same_terms(last.problem, problem):
+        kept = last.problem if last is not None and last.law is law else None
+        if last is not None and isinstance(kept, RegressionProblem) and kept.terms == problem.terms:
             fits[name] = last
             continue
         start = np.concatenate([problem.start()[: len(law.parameters)], zeros])
@@ -93,10 +90,6 @@ def not_far(weak: Mapping[str, Rival]) -> list[str]:
     return [name for name, rival in weak.items() if rival.sum <= FAR**2 * least]
 
 
-def _same_terms(problem: FrictionProblem, weak: RegressionProblem) -> bool:
-    return isinstance(problem, RegressionProblem) and problem.terms == weak.terms
-
-
 def fit_rivals(
     first: Estimate,
     laws: Mapping[str, FittableLaw],
@@ -105,11 +98,7 @@ def fit_rivals(
     progress: Callable[[float], None] | None = None,
 ) -> Rivals:
     """Fit laws to the residuals of a solved estimate. start: first values (m,) of a law's parameters; ``progress`` is
-    told the fraction done.
-
-    Raises:
-        StickslipError: the estimate is of two discs.
-    """
+    told the fraction done. StickslipError: the estimate is of two discs."""
     base = Rival(first.law, first.problem, first.solution)
     fitted, refused, nested = {}, {}, list[tuple[str, str]]()
     for number, (name, law) in enumerate(sorted(laws.items(), key=lambda item: len(item[1].parameters))):
@@ -122,7 +111,9 @@ def fit_rivals(
             inside = _inside(less, rival.problem)
             if inside is not None:
                 nested.append((less_name, name))
-                rival = _not_worse(rival, less, inside)
+                if rival.sum > less.sum * (1 + SEARCH):
+                    again = Rival(law, inside.problem, inside.solved)
+                    rival = min((rival, again), key=lambda one: one.sum)
         fitted[name] = rival
         if progress is not None:
             progress((number + 1) / len(laws))
@@ -230,10 +221,3 @@ def _inside(less: Rival, problem: FrictionProblem) -> _Candidate | None:
     expected = less.solution.evaluation.residual
     same = np.sqrt(np.mean((residual - expected) ** 2)) < SAME * np.sqrt(np.mean(expected**2))
     return start if same else None
-
-
-def _not_worse(rival: Rival, less: Rival, inside: _Candidate) -> Rival:
-    """A law at least as good as one nested in it."""
-    if rival.sum <= less.sum * (1 + SEARCH):
-        return rival
-    return min((rival, Rival(rival.law, inside.problem, inside.solved)), key=lambda rival: rival.sum)

@@ -6,21 +6,18 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.scene import Scene
+from fmu_models.simulation.trajectory import Event, Trajectory
 from identification.fit.result import FrictionFit
 from identification.laws import bristled, find_law
 from identification.measurement.pooled import RigValues, rig_values
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
-
-if TYPE_CHECKING:
-    from fmu_models.fmu.fmu import Fmu
-    from fmu_models.scene.scene import Scene
-    from fmu_models.simulation.trajectory import Event, Trajectory
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
 AT_REST = 1e-12  # rad, up to which the angle of rest is found
@@ -77,11 +74,8 @@ class FittedModel(Shown):
     def states_at(
         self, drive_speeds: Mapping[str, float], time: float, start: Mapping[str, float] | None = None
     ) -> tuple[dict[str, float], Sequence[Event]]:
-        """States at a time (s) after a start, and the events until then.
-
-        Raises:
-            StickslipError: values out of the model's range.
-        """
+        """States at a time (s) after a start, and the events until then. StickslipError: values out of the model's
+        range."""
         run = self._trajectory(drive_speeds, np.array([time]), start)
         states = {name: float(run[name][-1]) for name in self.fmu.states}
         modes = {f"{contact}_state": float(run[f"{contact}_state"][-1]) for contact in self.contacts}

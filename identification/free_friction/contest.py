@@ -292,7 +292,8 @@ class _Table:
         now, chosen = self.worth(self.chosen), self.chosen
         if not np.isfinite(now):
             return ()
-        open_ = [name for name in self.field.columns if name not in chosen and not self._rivalled(name, chosen)]
+        rivalled = {name for pair in self.field.rivals if pair & set(chosen) for name in pair}
+        open_ = [name for name in self.field.columns if name not in chosen and name not in rivalled]
         singles = sorted(open_, key=lambda name: -self.worth((*chosen, name)))
         best = self.chosen
         if singles and self.worth((*chosen, singles[0])) > now + GAIN:
@@ -310,9 +311,6 @@ class _Table:
             if self.worth(best) < self.worth(others) + GAIN:
                 best = others
         return best
-
-    def _rivalled(self, name: str, chosen: Sequence[str]) -> bool:
-        return any(frozenset((name, one)) in self.field.rivals for one in chosen)
 
     def lead(self, name: str) -> float:
         """ln L that one of the chosen adds."""

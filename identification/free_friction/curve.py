@@ -32,7 +32,6 @@ from identification.inference.problem import Prior
 from identification.measurement.motion import SMOOTHING
 from identification.measurement.pooled import SPEED, Pool
 from identification.measurement.presliding import SOFT, presliding
-from identification.measurement.slip_segments import SlipSegment
 
 TAUS = (1e-9, 2e-4, 1e-3, 5e-3, 0.03)  # in units of the friction coefficient; the least is none
 LOUDER = (100.0, 10.0, 1.0)  # times the noise, in a search from far off
@@ -66,22 +65,21 @@ SIGNED = 0.2  # share of the squares of unexplained torques from which on what g
 
 def slips_of(ready: Pool, segments: Sequence[ShootingSegment]) -> Slips:
     """Slips of one driving disc with the constants of the rig, the laser's gain and delay, and a load cell."""
-    speeds = np.concatenate([_slip_speeds(ready, segment) for segment in ready.segments])
+    speeds, window = [], SMOOTHING * ready.natural_period
+    for segment in ready.segments:
+        slip = segment.motion.slip(ready.values.r, ready.values.R, window)
+        speeds.append(np.abs(slip[0, segment.first : segment.last]))
     terms, elastic = terms_of(ready, ()), presliding(ready, np.inf)
     soft = elastic.compliance if elastic is not None and elastic.elastic and elastic.compliance > SOFT else 0.0
     counted = [segment.lines for segment in segments if segment.lines is not None]
     sensors = ("zero", *(f"{LINE}{line}" for line in np.unique(np.concatenate(counted)))) if counted else ()
     names = (*(prior.name for prior in ready.priors), "gain", "delay", *sensors, *(term.name for term in terms))
-    return Slips(ready, tuple(segments), SpeedBasis(float(speeds.max())), terms, names, soft)
+    return Slips(ready, tuple(segments), SpeedBasis(float(np.concatenate(speeds).max())), terms, names, soft)
 
 
 def begun(slips: Slips) -> Guess:
     """A guess that follows the slips, from inverse dynamics and what the sensors show, with noise that is taken for
-    larger at first.
-
-    Raises:
-        StickslipError: no slip holds a window of inverse dynamics.
-    """
+    larger at first. StickslipError: no slip holds a window of inverse dynamics."""
     samples = friction_samples(slips.ready)
     basis = slips.curve.weights(np.abs(samples.slip))
     straight = basis.T @ basis + BENDS.T @ BENDS
@@ -100,10 +98,7 @@ def begun(slips: Slips) -> Guess:
 def settled(slips: Slips, guess: Guess, near: tuple[float, float] | None = None) -> tuple[Guess, float, float]:
     """The best guess, the tau of greatest likelihood, the least where none is likelier by much, and the sum of squares
     that slips have under the widest torque. near: tau and this sum, where the guess is near that of other columns.
-
-    Raises:
-        StickslipError: as in `ShootingProblem.run`.
-    """
+    StickslipError: as in `ShootingProblem.run`."""
     known, widest = Known.of(slips), TAUS[-1]
     loose, followed = guess, 0.0
     if near is not None:
@@ -131,12 +126,6 @@ def settled(slips: Slips, guess: Guess, near: tuple[float, float] | None = None)
 def follows(slips: Slips, guess: Guess, squares: float) -> bool:
     """Whether a guess follows the slips about as well as one with these squares, or within their noise."""
     return slips.squares(guess) < LOST * max(squares, sum(len(segment.time) for segment in slips.segments))
-
-
-def _slip_speeds(ready: Pool, segment: SlipSegment) -> np.ndarray:
-    """Of the samples of a slip, m/s."""
-    slip = segment.motion.slip(ready.values.r, ready.values.R, SMOOTHING * ready.natural_period)
-    return np.abs(slip[0, segment.first : segment.last])
 
 
 @dataclass(frozen=True, eq=False)

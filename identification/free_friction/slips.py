@@ -249,14 +249,11 @@ class Slips:
             angle, speed = self.run(guess)
             if not np.isfinite(angle).all():
                 return float("inf")
-            return sum(
-                float(np.sum(segment.whitened((seen - segment.measured)[:, None]) ** 2))
-                for segment, seen in zip(self.segments, self._seen(guess, angle, speed), strict=True)
-            )
-
-    def _seen(self, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> list[np.ndarray]:
-        """What the sensor would show in each slip (n,), m or rad."""
-        return [self.shown(number, guess, angle, speed)[0] for number in range(len(self.segments))]
+            squares = 0.0
+            for number, segment in enumerate(self.segments):
+                off = self.shown(number, guess, angle, speed)[0] - segment.measured
+                squares += float(np.sum(segment.whitened(off[:, None]) ** 2))
+            return squares
 
     def shown(self, number: int, guess: Guess, angle: np.ndarray, speed: np.ndarray) -> Shown:
         """What the sensor of a slip would show (n,), its derivative by the angle, speeds (n,), and derivatives by the

@@ -80,11 +80,7 @@ def columns_by_role(
 ) -> dict[str, str]:
     """Columns of a table by role. given: by role, as the user says; roles: patterns of names, in small letters, by
     role; needed: roles that a table must have; nameless: roles of the columns of a table without names, by their
-    number.
-
-    Raises:
-        StickslipError: an unknown role or column, or a needed one that no name tells.
-    """
+    number. StickslipError: an unknown role or column, or a needed one that no name tells."""
     for role, column in given.items():
         refuse_unknown(role, roles, f"There is no role '{role}'.")
         refuse_unknown(column, table.columns, f"{table.source} has no column '{column}'.")
@@ -114,10 +110,7 @@ def numbers_by_role(
 ) -> tuple[dict[str, np.ndarray], list[str]]:
     """Columns (n,) in the units ``expected`` by role, of the rows that have numbers in all of them; and the roles that
     are taken to be in them, for want of a unit. named: columns by role; units: by role, as the user says.
-
-    Raises:
-        StickslipError: a unit that cannot be converted, or times that do not rise.
-    """
+    StickslipError: a unit that cannot be converted, or times that do not rise."""
     values = {role: np.asarray(table.columns[column], dtype=float) for role, column in named.items()}
     good = np.all([np.isfinite(column) for column in values.values()], axis=0)
     scaled, unstated = {}, []

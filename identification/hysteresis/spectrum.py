@@ -71,10 +71,10 @@ class SliderSpectrum:
         """(k,) N/m, stiffness of the sliders under conditions in the order of ``factors`` (default: 0)."""
         return self.stiffness @ np.array([1.0, *(conditions or [0.0] * len(self.factors))])
 
-    def backbone(self, conditions: Sequence[float] = ()) -> tuple[np.ndarray, np.ndarray]:
+    def backbone(self) -> tuple[np.ndarray, np.ndarray]:
         """Way (m,) m and force (m,) N from rest, without memory."""
         way = np.linspace(0.0, self.reach, 101)
-        springs = np.minimum(way[:, None], self.bound) @ self.at(conditions)
+        springs = np.minimum(way[:, None], self.bound) @ self.at()
         return way, springs + self.spring * way
 
     def stiffness_at_rest(self, conditions: Sequence[float] = ()) -> float:
@@ -98,11 +98,7 @@ class SliderSpectrum:
 def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: bool | None = None) -> SliderSpectrum:
     """The sliders of logs together. logs: all with a load or none, all with the conditions ``factors``; factors:
     conditions by which stiffnesses and damping grow; rate: whether speeds are asked too; as all logs have times where
-    None.
-
-    Raises:
-        StickslipError: no log, a condition that a log lacks, or loads of some of them alone.
-    """
+    None. StickslipError: no log, a condition that a log lacks, or loads of some of them alone."""
     if not logs:
         raise StickslipError("There is no log. Give one, better several of different amplitudes.")
     loaded = logs[0].load is not None
@@ -119,7 +115,8 @@ def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: b
     rate = all(log.time is not None for log in logs) if rate is None else rate
     span = max(log.range for log in logs)
     bound = np.geomspace(span / FINEST, span / 2, SLIDERS)
-    widths = _widths(logs) if rate else np.zeros(0)
+    fastest = max(float(np.abs(log.speed()).max()) for log in logs) if rate else 0.0
+    widths = np.geomspace(fastest / FINEST, fastest, SPEEDS) if rate else np.zeros(0)
     rows = [_columns(log, bound, widths, tuple(factors), rate, loaded) for log in logs]
     way, force = (np.concatenate([getattr(log, name) for log in logs]) for name in ("way", "force"))
     weights = _non_negative(np.vstack(rows), np.column_stack([way - way.mean(), np.ones(len(way))]), force)
@@ -139,11 +136,6 @@ def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: b
         rate=rate,
         loaded=loaded,
     )
-
-
-def _widths(logs: Sequence[LoopLog]) -> np.ndarray:
-    fastest = max(float(np.abs(log.speed()).max()) for log in logs)
-    return np.geomspace(fastest / FINEST, fastest, SPEEDS)
 
 
 def _columns(

@@ -100,13 +100,9 @@ def infer(
             )
     elif draws is not None and np.ndim(instruments) == 0:
         intervals = tuple(draws.interval(index, name, rule.level) for index, name in enumerate(names))
-    return Inferred(covariance, _cramer_rao(problem, solution), intervals, collinear, white, tuple(warnings))
-
-
-def _cramer_rao(problem: FitProblem, solution: Solution) -> np.ndarray | None:
-    """Covariance (m, m) of all unknowns that no unbiased estimator betters with these sensors and these data; None
-    where their noise is not known. Residuals have unit variance, the information of rows and priors is G'G + P."""
-    return np.linalg.inv(information(problem, solution.evaluation)) if problem.noise_known else None
+    # of Cramer and Rao: residuals have unit variance, the information of rows and priors is G'G + P
+    bound = np.linalg.inv(information(problem, solution.evaluation)) if problem.noise_known else None
+    return Inferred(covariance, bound, intervals, collinear, white, tuple(warnings))
 
 
 def coloured_covariance(problem: FitProblem, solution: Solution, kind: str) -> np.ndarray:

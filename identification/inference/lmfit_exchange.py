@@ -47,11 +47,7 @@ class Given:
     held: Mapping[str, float] = field(default_factory=dict)
 
     def check(self, names: Iterable[str]) -> None:
-        """Refuse names that are none of these unknowns.
-
-        Raises:
-            StickslipError: which name is unknown.
-        """
+        """Refuse names that are none of these unknowns. StickslipError: which name is unknown."""
         identifiers = [identifier(name) for name in names]
         for name in self.bounds:
             refuse_unknown(name, identifiers, f"The fit has no unknown '{name}'; it has {', '.join(identifiers)}.")
@@ -71,11 +67,7 @@ class Given:
         return np.array([held.get(identifier(name), value) for name, value in zip(names, values, strict=True)])
 
     def bounded(self, unknowns: Iterable[Some]) -> tuple[Some, ...]:
-        """Unknowns with the bounds that both sides allow.
-
-        Raises:
-            StickslipError: there is nothing between them.
-        """
+        """Unknowns with the bounds that both sides allow. StickslipError: there is nothing between them."""
         limited = []
         for unknown in unknowns:
             low, high = self.bounds.get(identifier(unknown.name), (-np.inf, np.inf))
@@ -94,11 +86,8 @@ NOTHING = Given()
 
 
 def given(parameters: Mapping[str, Any] | None) -> Given:
-    """First values, bounds and held values from `lmfit.Parameters`.
-
-    Raises:
-        StickslipError: a parameter is an expression of others, or has no finite value though it is held.
-    """
+    """First values, bounds and held values from `lmfit.Parameters`. StickslipError: a parameter is an expression of
+    others, or has no finite value though it is held."""
     first, bounds, fixed = {}, {}, {}
     for name, p in (parameters or {}).items():
         if p.expr is not None:

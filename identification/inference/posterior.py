@@ -109,11 +109,8 @@ class Posterior(Tabular):
 def sample(
     target: Target, *, seed: int = 0, steps: int = STEPS, progress: Callable[[float], None] | None = None
 ) -> Posterior:
-    """Sample a posterior, from draws of its proposal on.
-
-    Raises:
-        StickslipError: emcee is not installed, or the chains had not converged after ``steps``.
-    """
+    """Sample a posterior, from draws of its proposal on. StickslipError: emcee is not installed, or the chains had not
+    converged after ``steps``."""
     emcee = load_emcee()
     count = len(target.at)
     walkers = max(WALKERS, 2 * count + 2)
@@ -147,11 +144,7 @@ def sample(
 
 
 def load_emcee() -> ModuleType:
-    """The emcee package.
-
-    Raises:
-        StickslipError: it is not installed.
-    """
+    """The emcee package. StickslipError: it is not installed."""
     try:
         import emcee
     except ImportError as error:

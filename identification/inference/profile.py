@@ -75,10 +75,7 @@ def profile(
     progress: Callable[[float], None] | None = None,
 ) -> Profiles:
     """Intervals of the unknowns ``names``. covariance: (m, m) of all unknowns; quantile: Student's, of ``level``.
-
-    Raises:
-        StickslipError: an unknown is not there.
-    """
+    StickslipError: an unknown is not there."""
     profiled = [_Profile(problem, solution, covariance, name, quantile) for name in names]
     intervals = []
     for number, (name, curve) in enumerate(zip(names, profiled, strict=True)):

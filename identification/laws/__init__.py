@@ -39,11 +39,8 @@ def bristled(law: FittableLaw) -> tuple[FittableLaw, FittableLaw] | None:
 
 
 def find_law(name: str) -> FittableLaw:
-    """A law by what people call it, or by its name, file or module as in ``LAWS``.
-
-    Raises:
-        StickslipError: there is none, it fails, or it cannot be fitted.
-    """
+    """A law by what people call it, or by its name, file or module as in ``LAWS``. StickslipError: there is none, it
+    fails, or it cannot be fitted."""
     if name in _own():
         return _own()[name]
     if re.search(r"\.py(:\w+)?$", name):

@@ -64,11 +64,7 @@ class JointLaw(FittableLaw):
 
 
 def joint_law(single: FittableLaw, arrangement: Arrangement) -> JointLaw:
-    """A law of this form for each of two discs.
-
-    Raises:
-        StickslipError: it is by direction.
-    """
+    """A law of this form for each of two discs. StickslipError: it is by direction."""
     if single.directed:
         raise StickslipError(
             f"'{single.name}' is fitted of one driving disc: with two, slips of one way are too few to tell both "

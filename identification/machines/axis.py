@@ -158,11 +158,8 @@ class Model:
 
 
 def read_model(recipe: Recipe) -> Model:
-    """The tables [terms] and [friction] of a recipe.
-
-    Raises:
-        StickslipError: there are no terms, or what is wrong in them, with its line.
-    """
+    """The tables [terms] and [friction] of a recipe. StickslipError: there are no terms, or what is wrong in them, with
+    its line."""
     terms = tuple(_term(recipe, name) for name in recipe.document.table("terms"))
     if not terms:
         raise StickslipError(f"Recipe {recipe.name} has no [terms]; it is one for 'stickslip slips'.")
@@ -170,11 +167,8 @@ def read_model(recipe: Recipe) -> Model:
 
 
 def check_terms(recipe: Recipe, turning: bool, terms: tuple[Term, ...]) -> None:
-    """Refuse terms that the log has no signal for, or that this kind of motion does not have.
-
-    Raises:
-        StickslipError: which, and what is missing.
-    """
+    """Refuse terms that the log has no signal for, or that this kind of motion does not have. StickslipError: which,
+    and what is missing."""
     for term in terms:
         needs = KINDS[term.kind].needs
         if needs and needs not in recipe.signals:
@@ -270,11 +264,8 @@ class SummedFriction(DryFriction):
 
 def declared_axis(terms: tuple[Term, ...], turning: bool, *, title: str = "", source: str = "") -> Mechanism:
     """The machine of these terms; a body that turns has rad and N m in place of m and N. Without a term of inertia it
-    has one all the same, ``CARRIED``: what moves has.
-
-    Raises:
-        StickslipError: a parameter's name is none, or one for two things.
-    """
+    has one all the same, ``CARRIED``: what moves has. StickslipError: a parameter's name is none, or one for two
+    things."""
     q = Coordinate(POSITION, "rad" if turning else "m", "position of the axis", velocity=VELOCITY)
     effort = Input(EFFORT, 0.0, "N m" if turning else "N", "effort on the axis")
     if all(term.kind != "inertia" for term in terms):

@@ -45,11 +45,8 @@ class Machine(ABC):
     def logs(
         self, paths: Sequence[str | os.PathLike[str]], *, reader: Reference | None = None, repair: Collection[str] = ()
     ) -> list[MachineLog]:
-        """Logs as `identify_machine` takes them. reader, repair: as in `rig_io.read_log`.
-
-        Raises:
-            StickslipError: a log cannot be read or is not one of this machine.
-        """
+        """Logs as `identify_machine` takes them. reader, repair: as in `rig_io.read_log`. StickslipError: a log cannot
+        be read or is not one of this machine."""
 
     def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
         """The fit with friction laws: those that the machine's recipe asks for, else these.
@@ -124,11 +121,7 @@ class RecipeMachine(Machine):
 
 
 def recipe_machine(recipe: Recipe) -> RecipeMachine:
-    """The machine of a recipe's terms.
-
-    Raises:
-        StickslipError: the recipe names no terms, or such as no log tells apart.
-    """
+    """The machine of a recipe's terms. StickslipError: the recipe names no terms, or such as no log tells apart."""
     model = read_model(recipe)
     turning = turning_of(recipe)
     check_terms(recipe, turning, model.terms)
@@ -185,11 +178,7 @@ def _check_apart(recipe: Recipe, terms: Sequence[Term], mechanism: Mechanism) ->
 
 
 def motions_of(recipe: Recipe, prepared: Prepared) -> tuple[JointMotion, ...]:
-    """The pieces of a log with the recipe's filters.
-
-    Raises:
-        StickslipError: none of its samples is fast enough.
-    """
+    """The pieces of a log with the recipe's filters. StickslipError: none of its samples is fast enough."""
     motions = tuple(piece for raw in prepared.pieces if len((piece := _motion(recipe, prepared, raw)).indices))
     if not motions:
         raise StickslipError(f"{prepared.source}: no sample is as fast as 'least_speed' of {recipe.name}. Lower it.")

@@ -92,11 +92,8 @@ class Identified:
         return _by_instruments(rows.where(chosen), columns[chosen])
 
     def lmfit(self) -> lmfit_exchange.Solved:
-        """The solution for lmfit, with the stated deviations.
-
-        Raises:
-            StickslipError: the values are not those of least squares.
-        """
+        """The solution for lmfit, with the stated deviations. StickslipError: the values are not those of least
+        squares."""
         if self.instruments is not None:
             raise StickslipError("lmfit minimises squares: ask for method='least squares'.")
         squares = self.least_squares
@@ -118,11 +115,8 @@ def solve_machine(
     progress: Callable[[float], None] | None = None,
 ) -> Identified:
     """Estimate by instruments and least squares, or by least squares alone. cutoffs: None if the recipe filters.
-
-    Raises:
-        StickslipError: as in `motions`; the logs do not tell the base parameters apart; instruments are asked for
-            without cutoffs or with bounds; or simulated motion leaves the logs with every round.
-    """
+    StickslipError: as in `motions`; the logs do not tell the base parameters apart; instruments are asked for without
+    cutoffs or with bounds; or simulated motion leaves the logs with every round."""
     on_progress = progress if progress is not None else lambda _: None
     pieces = motions(logs, regressor.joints, cutoffs)
     rows = balanced(rows_of(regressor, base, pieces))

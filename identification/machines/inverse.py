@@ -10,7 +10,6 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.language.quantities import Input
 from identification.inference.lmfit_exchange import given
 from identification.inference.uncertainty import autocorrelation, inflation
 from identification.machines.doubts import effort_delay, moving, on_logs, pulled
@@ -57,9 +56,9 @@ def identify_machine(
     base = base_parameters(regressor)
     cutoffs = _cutoffs(cutoff, parallel_cutoff, still)
     result = solve_machine(regressor, base, logs, cutoffs, method=method, limits=given(parameters), progress=progress)
-    joints = joint_scores(
-        result, _others(regressor, base, held_out, cutoffs), [input_.unit for input_ in _inputs(mechanism, regressor)]
-    )
+    units = {input_.name: input_.unit for input_ in mechanism.inputs}
+    others = _others(regressor, base, held_out, cutoffs)
+    joints = joint_scores(result, others, [units[name] for name in regressor.efforts])
     listed = _parameters(mechanism, base, result)
     quality = _quality(result, oversampled=cutoffs is not None)
     at_rest, late = {}, None
@@ -128,11 +127,6 @@ def _others(
         name = f"{log.name} ({count + 1})" if count else log.name
         rows[name] = rows_of(regressor, base, motions([log], regressor.joints, cutoffs))
     return rows
-
-
-def _inputs(mechanism: Mechanism, regressor: Regressor) -> list[Input]:
-    by_name = {input_.name: input_ for input_ in mechanism.inputs}
-    return [by_name[name] for name in regressor.efforts]
 
 
 def _parameters(mechanism: Mechanism, base: Base, result: Identified) -> tuple[MachineParameter, ...]:

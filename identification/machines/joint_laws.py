@@ -6,7 +6,7 @@
 A law is a function of the joint's own velocity.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -117,9 +117,14 @@ def compare_joint_laws(
         for name in laws:
             candidates = _by_direction(rows, pieces, number, joint.unit) if name == BY_DIRECTION else rows
             check_excited(candidates, ", ".join(fit.logs))
-            force = None if name == BY_DIRECTION else _force_law(name, rows, normal_force, joint.unit)
+            scale = normal_force or float(np.sqrt(np.mean(rows.effort**2)))
+            force = None if name == BY_DIRECTION else force_law(find_law(name), scale, joint.unit == "N m")
             problems[name] = machine_problem(candidates, force and JointFriction(force, pieces, number, sign))
-        comparisons[joint.joint] = _compared(problems, joint.joint)
+        solutions = {name: solve(problem) for name, problem in problems.items()}
+        # a law whose friction drives the joint is put aside
+        warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
+        options = Comparing("hac", PARTS, warnings)
+        comparisons[joint.joint] = compare_problems(problems, [joint.joint], solutions=solutions, options=options)
     return comparisons
 
 
@@ -151,11 +156,6 @@ def _known_friction(mechanism: Mechanism, fit: MachineFit) -> list[str]:
     forces = [friction.law.force(SLIP, SIGN) for friction in mechanism.frictions]
     symbols = {symbol for force in (*forces, mechanism.dissipation) for symbol in sympy.sympify(force).free_symbols}
     return [p.name for p in mechanism.parameters if p in symbols and fit.known.get(p.name, 0.0) != 0]
-
-
-def _force_law(name: str, rows: Rows, normal_force: float | None, unit: str) -> ForceLaw:
-    scale = normal_force or float(np.sqrt(np.mean(rows.effort**2)))
-    return force_law(find_law(name), scale, unit == "N m")
 
 
 def _beside_friction(fit: MachineFit, rows: Rows, unit: str, alone: bool) -> Rows:
@@ -193,14 +193,6 @@ def _by_direction(rows: Rows, pieces: Sequence[JointMotion], joint: int, unit: s
     terms = tuple(Unknown(name, viscous if name.startswith("F_v") else unit) for name in names)
     columns = np.concatenate([piece.thinned(of(piece.velocity[:, joint])) for piece in pieces])
     return replace(rows, unknowns=(*free, *terms), columns=np.concatenate([rows.columns[:, ~steady], columns], axis=1))
-
-
-def _compared(problems: Mapping[str, MachineProblem], log: str) -> LawComparison:
-    """Compare laws by their problems; a law whose friction drives the joint is put aside."""
-    solutions = {name: solve(problem) for name, problem in problems.items()}
-    warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
-    options = Comparing("hac", PARTS, warnings)
-    return compare_problems(problems, [log], solutions=solutions, options=options)
 
 
 def _meaning(problem: MachineProblem, solution: Solution) -> tuple[str, ...]:

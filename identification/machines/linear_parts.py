@@ -23,11 +23,8 @@ SYMBOLS = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin
 
 
 def linear_parts(expression: sympy.Expr, unknown: Set[sympy.Basic]) -> Parts:
-    """The factor of each monomial of the ``unknown`` parameters, as a function of the motion.
-
-    Raises:
-        StickslipError: a parameter stands in a function, a denominator or a fractional power.
-    """
+    """The factor of each monomial of the ``unknown`` parameters, as a function of the motion. StickslipError: a
+    parameter stands in a function, a denominator or a fractional power."""
     return _parts(expression, unknown, Derivatives())
 
 

@@ -82,13 +82,15 @@ class Cutoffs:
 
 def motions(logs: Sequence[MachineLog], joints: Sequence[str], cutoffs: Cutoffs | None) -> list[JointMotion]:
     """All pieces of logs, at the step of the slowest of them; as their recipe filters them if there are no cutoffs.
-
-    Raises:
-        StickslipError: a log is too short or too slow for the cutoffs, has no positions or no recipe, time runs back,
-            or a joint never moves.
-    """
+    StickslipError: a log is too short or too slow for the cutoffs, has no positions or no recipe, time runs back, or a
+    joint never moves."""
     if cutoffs is None:
-        return [replace(piece, log=number) for number, log in enumerate(logs) for piece in _as_recipe(log)]
+        for log in logs:
+            if not log.ready:
+                raise StickslipError(
+                    f"'{log.name}' was read without a recipe that says how to filter it: give a cutoff."
+                )
+        return [replace(piece, log=number) for number, log in enumerate(logs) for piece in log.ready]
     step = max(float(np.median(np.diff(log.time))) for log in logs)
     pieces = [piece for number, log in enumerate(logs) for piece in _pieces(number, log, step, cutoffs)]
     travel = np.max([np.ptp(piece.position, axis=0) for piece in pieces], axis=0)
@@ -113,12 +115,6 @@ def weighed(pieces: Sequence[JointMotion], cutoffs: Cutoffs) -> list[JointMotion
         replace(piece, weight=piece.weight * (speed >= cutoffs.still * usual))
         for piece, speed in zip(pieces, slowest, strict=True)
     ]
-
-
-def _as_recipe(log: MachineLog) -> tuple[JointMotion, ...]:
-    if not log.ready:
-        raise StickslipError(f"'{log.name}' was read without a recipe that says how to filter it: give a cutoff.")
-    return log.ready
 
 
 def _pieces(number: int, log: MachineLog, step: float, cutoffs: Cutoffs) -> list[JointMotion]:

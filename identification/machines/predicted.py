@@ -35,11 +35,7 @@ def predict_efforts(mechanism: Mechanism, fit: MachineFit, logs: Sequence[Machin
 
 
 def fitted_efforts(fit: MachineFit) -> list[Predicted]:
-    """The predicted efforts of the logs of a fit that was not read from a file.
-
-    Raises:
-        StickslipError: it was.
-    """
+    """The predicted efforts of the logs of a fit that was not read from a file. StickslipError: it was."""
     if fit.identified is None:
         raise StickslipError("This fit was read from a file, which holds no logs: predict the efforts of logs instead.")
     return _predicted(fit, fit.identified.rows, fit.identified.pieces, fit.logs)

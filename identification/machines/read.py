@@ -68,11 +68,8 @@ def machine_at(reference: str, gravity: Sequence[float] = (), columns: Mapping[s
 
 def declared_machine(reference: str, gravity: Sequence[float] = ()) -> Mechanism:
     """The machine that a declaration, in a file or a module, or a URDF stands for. gravity: m/s^2 in the frame of the
-    base of a URDF; along -z if empty.
-
-    Raises:
-        StickslipError: there is none, it is declared without energies, or gravity is given to one that declares it.
-    """
+    base of a URDF; along -z if empty. StickslipError: there is none, it is declared without energies, or gravity is
+    given to one that declares it."""
     if reference.endswith(URDF):
         return mechanism_from_urdf(reference, gravity=gravity or GRAVITY)
     if gravity:
@@ -89,11 +86,7 @@ def declared_machine(reference: str, gravity: Sequence[float] = ()) -> Mechanism
 
 def machine_of(fit: MachineFit, declaration: str | None = None, *, trust: bool = False) -> Machine:
     """The machine of a fit, where it was declared, or where it is now; trust: the Python file that the fit names may
-    run.
-
-    Raises:
-        StickslipError: it is not there, the fit does not say where, or it names code that is not trusted.
-    """
+    run. StickslipError: it is not there, the fit does not say where, or it names code that is not trusted."""
     source = declaration or fit.declaration
     if not source:
         raise StickslipError(

@@ -68,13 +68,12 @@ class Regressor:
 
 
 def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None) -> Regressor:
-    """The regressor of a mechanism. known: values of parameters that are not to be found, by name.
-
-    Raises:
-        StickslipError: a parameter is not there, nothing is to be found, an input does not drive one joint alone, a
-            contact opens, or the efforts are not linear in products of parameters.
-    """
-    values = _known_values(mechanism, known or {})
+    """The regressor of a mechanism. known: values of parameters that are not to be found, by name. StickslipError: a
+    parameter is not there, nothing is to be found, an input does not drive one joint alone, a contact opens, or the
+    efforts are not linear in products of parameters."""
+    missing = f"{mechanism.name} has no parameter"
+    given = (known or {}).items()
+    values = {named(mechanism.parameters, name, f"{missing} '{name}'."): float(value) for name, value in given}
     drives, others = _drives(mechanism)
     unknown = {p for p in mechanism.parameters if p not in values}
     if not unknown:
@@ -121,17 +120,8 @@ def substituted(expression: sympy.Expr, at: Mapping[Parameter, sympy.Expr]) -> s
     return rebuilt(sympy.sympify(expression))
 
 
-def _known_values(mechanism: Mechanism, values: Mapping[str, float]) -> dict[Parameter, float]:
-    known = mechanism.parameters
-    return {named(known, n, f"{mechanism.name} has no parameter '{n}'."): float(v) for n, v in values.items()}
-
-
 def effort_inputs(mechanism: Mechanism) -> list[Input]:
-    """The input that is the effort on each coordinate.
-
-    Raises:
-        StickslipError: a coordinate has none, or shares it.
-    """
+    """The input that is the effort on each coordinate. StickslipError: a coordinate has none, or shares it."""
     return _drives(mechanism)[0]
 
 
@@ -265,7 +255,10 @@ class BaseParameter(Shown):
     @property
     def combination(self) -> str:
         """The combination as text, such as "I1 + 0.04 m2 - 0.2 m1 r1"."""
-        terms = [f"{'-' if factor < 0 else '+'} {_factor(abs(factor))}{name}" for name, factor in self.others]
+        terms = []
+        for name, factor in self.others:
+            times = "" if abs(abs(factor) - 1) < DEPENDENT else f"{abs(factor):.6g} "
+            terms.append(f"{'-' if factor < 0 else '+'} {times}{name}")
         return " ".join([self.name, *terms])
 
 
@@ -341,7 +334,3 @@ def _base(regressor: Regressor, columns: np.ndarray) -> Base:
     silent = tuple(n for n, size in zip(regressor.names, sizes, strict=True) if size == 0 and n != GIVEN)
     column = regressor.names.index(GIVEN) if GIVEN in regressor.names else None
     return Base(parameters, combine, silent, column)
-
-
-def _factor(value: float) -> str:
-    return "" if abs(value - 1) < DEPENDENT else f"{value:.6g} "

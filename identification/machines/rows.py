@@ -130,10 +130,7 @@ def balanced(rows: Rows) -> Rows:
 
 def check_excited(rows: Rows, where: str) -> None:
     """Refuse logs that say nothing of parameters, or in which some go together. where: the logs, as they are called.
-
-    Raises:
-        StickslipError: which.
-    """
+    StickslipError: which."""
     names = rows.names
     if len(rows.effort) <= len(names):
         raise StickslipError(

@@ -96,8 +96,8 @@ def mechanism_from_urdf(
     links = _links(os.fspath(path), joints, bodies)
     if not links:
         raise StickslipError(f"No joint of '{path}' moves: there is nothing to find.")
-    name = _identifier(root.get("name") or file.stem)
-    return _declared(name, links, np.array(gravity, dtype=float), friction)
+    name = re.sub(r"\W", "_", root.get("name") or file.stem, flags=re.ASCII)  # as a declaration takes it
+    return _declared(name if name[0].isalpha() else f"robot_{name}", links, np.array(gravity, dtype=float), friction)
 
 
 def _declared(name: str, links: Sequence[_Link], gravity: np.ndarray, friction: bool) -> Mechanism:
@@ -279,12 +279,6 @@ def _number(element: ElementTree.Element | None, name: str, link: ElementTree.El
     if not math.isfinite(value):
         raise StickslipError(f"The {name} in the inertial part of link '{link.get('name')}' is '{text}', no number.")
     return value
-
-
-def _identifier(name: str) -> str:
-    """A name as a declaration takes it: letters, digits and underscores."""
-    cleaned = re.sub(r"\W", "_", name, flags=re.ASCII)
-    return cleaned if cleaned[0].isalpha() else f"robot_{cleaned}"
 
 
 def _numbers(text: str) -> np.ndarray:

@@ -83,11 +83,8 @@ def by_encoder(log: RigLog) -> bool:
 
 
 def passed_lines(log: RigLog) -> Passes:
-    """Edges of the body's encoder; their angles are right but for one shift within half a pitch.
-
-    Raises:
-        StickslipError: too few.
-    """
+    """Edges of the body's encoder; their angles are right but for one shift within half a pitch. StickslipError: too
+    few."""
     passed = edges(log, "encoder")
     if len(passed.time) < LEAST_EDGES:
         raise StickslipError(
@@ -266,11 +263,8 @@ def smooth_drive(log: RigLog, time: np.ndarray, contact: str = "disc0") -> np.nd
 
 def fuse(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMotion], SensorFit]:
     """Laser angles scaled and dated by the encoder, one gain and one delay for all logs, and joined by the speeds of a
-    tachometer or vibrometer. window: s, smoothing.
-
-    Raises:
-        StickslipError: sensors differ by more than a tolerance: one calibration is wrong.
-    """
+    tachometer or vibrometer. window: s, smoothing. StickslipError: sensors differ by more than a tolerance: one
+    calibration is wrong."""
     scaled, sensors = _scaled(motions, window)
     joined, velocity, notes = with_velocity(scaled, window)
     return joined, replace(sensors, warnings=(*sensors.warnings, *notes), velocity=velocity)

@@ -45,7 +45,8 @@ def without_drift(motions: Sequence[DiscMotion], equations: EdgeEquations) -> tu
         speed = equations.design[mine, 1]
         columns = np.column_stack([speed, speed * share[mine], equations.edge[mine], curves])
         projected = within(columns, label[mine])  # one constant for each label is projected out by its mean
-        projected = _means(_residual(projected[:, :2], projected[:, 2:]), block)
+        tilted, curves = projected[:, :2], projected[:, 2:]
+        projected = _means(curves - tilted @ np.linalg.lstsq(tilted, curves, rcond=None)[0], block)
         found = _wandering(projected[:, 0], projected[:, 1:])
         if found is None:
             continue
@@ -80,11 +81,6 @@ def within(columns: np.ndarray, label: np.ndarray) -> np.ndarray:
     """Columns (n, m) less their means over equal labels (n,)."""
     counts = np.maximum(np.bincount(label), 1)
     return np.stack([column - (np.bincount(label, column) / counts)[label] for column in columns.T], axis=1)
-
-
-def _residual(others: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """The residual of (n, k) projected on the columns of another matrix (n, m)."""
-    return columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
 
 
 def _means(columns: np.ndarray, block: np.ndarray) -> np.ndarray:

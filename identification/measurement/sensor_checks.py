@@ -102,11 +102,8 @@ def drive_warnings(motion: DiscMotion) -> tuple[str, ...]:
 
 def check_stick_speed(motion: DiscMotion, r: float, R: float, window: float) -> None:
     """Refuse a log whose disc keeps, as long as only a stick lasts, to a multiple of the drive's speed that tells of a
-    wrong unit or resolution.
-
-    Raises:
-        StickslipError: the ratio R th' / (r w) that is kept longest is a known factor other than one.
-    """
+    wrong unit or resolution. StickslipError: the ratio R th' / (r w) that is kept longest is a known factor other than
+    one."""
     if len(motion.log.contacts) != 1:
         return
     ratio, share = stick_ratio(motion, r, R, window)

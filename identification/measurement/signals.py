@@ -48,11 +48,7 @@ class Prepared:
 
 
 def check_speed(recipe: Recipe, turning: bool, name: str, speed: Speed) -> None:
-    """Refuse a speed of the recipe that is not one of such a body.
-
-    Raises:
-        StickslipError: which.
-    """
+    """Refuse a speed of the recipe that is not one of such a body. StickslipError: which."""
     if not speed.fits(turning):
         raise StickslipError(
             f"{recipe.name}: '{name}' is given in a unit of {speed.unit}, but the body "
@@ -61,12 +57,8 @@ def check_speed(recipe: Recipe, turning: bool, name: str, speed: Speed) -> None:
 
 
 def prepare(recipe: Recipe, table: Table, repair: Collection[str] = ()) -> Prepared:
-    """Signals of a log, as the recipe makes them. repair: see `rig_io.repair.clock`.
-
-    Raises:
-        StickslipError: a column is missing or holds no numbers, a unit does not fit, time does not rise, the log is too
-            short.
-    """
+    """Signals of a log, as the recipe makes them. repair: see `rig_io.repair.clock`. StickslipError: a column is
+    missing or holds no numbers, a unit does not fit, time does not rise, the log is too short."""
     units: dict[str, str] = {}
     columns = {name: _column(recipe, table, signal, units) for name, signal in recipe.signals.items() if signal.column}
     notes = []
@@ -101,11 +93,8 @@ def prepare(recipe: Recipe, table: Table, repair: Collection[str] = ()) -> Prepa
 
 
 def turning_of(recipe: Recipe) -> bool:
-    """Whether the body of a recipe turns (rad, N m) rather than slides, by its units alone.
-
-    Raises:
-        StickslipError: a unit does not fit, or signals are of both kinds.
-    """
+    """Whether the body of a recipe turns (rad, N m) rather than slides, by its units alone. StickslipError: a unit does
+    not fit, or signals are of both kinds."""
     units = {
         name: _si(_gained(signal, str(signal.unit)), _expected(name), f"{recipe.name}: signal '{name}'")[0]
         for name, signal in recipe.signals.items()
@@ -144,11 +133,8 @@ class _Chain:
 
 
 def filtered(values: np.ndarray, low_pass: Filter, step: float) -> np.ndarray:
-    """Butterworth low-pass forward and backward. values: (n,); step: s.
-
-    Raises:
-        StickslipError: the cutoff is not below the Nyquist frequency, or there are no more samples than the padding.
-    """
+    """Butterworth low-pass forward and backward. values: (n,); step: s. StickslipError: the cutoff is not below the
+    Nyquist frequency, or there are no more samples than the padding."""
     from scipy.signal import butter, sosfiltfilt
 
     share = low_pass.cutoff if low_pass.relative else 2 * low_pass.cutoff * step

@@ -118,11 +118,7 @@ def _check_cycles(motion: DiscMotion, slipping: np.ndarray) -> None:
 
 
 def long_enough(segments: Sequence[SlipSegment], window: float, margin: float = 0.1) -> list[SlipSegment]:
-    """Those segments that hold a window (s) and ``margin`` of it more.
-
-    Raises:
-        StickslipError: none does.
-    """
+    """Those segments that hold a window (s) and ``margin`` of it more. StickslipError: none does."""
     long = [s for s in segments if (s.last - s.first) * s.motion.step > (1 + margin) * window]
     if not long:
         longest = max((s.last - s.first) * s.motion.step for s in segments) if segments else 0.0

@@ -148,18 +148,15 @@ def _windows(values: np.ndarray, count: int) -> np.ndarray:
     return np.lib.stride_tricks.sliding_window_view(values, count)[:: count // 2]
 
 
-def _bump(count: int, step: float) -> np.ndarray:
-    """Weights (count, 3) of a window: phi = (1 - s^2)^4, its first and its second derivative."""
-    s = np.linspace(-1, 1, count)
-    half, inside = 0.5 * (count - 1) * step, 1 - s**2
-    return np.stack([inside**4, -8 * s * inside**3 / half, (48 * s**2 * inside**2 - 8 * inside**3) / half**2], axis=1)
-
-
 def _calibrated(logs: Sequence[_LogMotion], name: str, window: float) -> _Calibrated | None:
     """Gain, delay and offsets over all logs; None where too little moves."""
     step = logs[0].motion.step
     count = odd_count(WINDOW * window, step)
-    bump, first, second = _bump(count, step).T
+    # weights of a window: (1 - s^2)^4, its first and its second derivative
+    s, half = np.linspace(-1, 1, count), 0.5 * (count - 1) * step
+    inside = 1 - s**2
+    bump, first = inside**4, -8 * s * inside**3 / half
+    second = (48 * s**2 * inside**2 - 8 * inside**3) / half**2
     good = [
         ~_windows(log.motion.filled, count).any(axis=1) & _windows(log.covers(log.motion.time), count).all(axis=1)
         for log in logs

@@ -66,11 +66,8 @@ def machine_runs(
     window: float = FREE_RUN,
     progress: Callable[[float], None] | None = None,
 ) -> list[MachineRun]:
-    """Run the machine beside each log, window (s) after window.
-
-    Raises:
-        StickslipError: as in `machine_with` and `motions`, or a log holds no window.
-    """
+    """Run the machine beside each log, window (s) after window. StickslipError: as in `machine_with` and `motions`, or
+    a log holds no window."""
     from fmu_models.codegen.package import built
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.simulation.run import KeptRun

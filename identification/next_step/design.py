@@ -320,17 +320,14 @@ def _advice(best_first: Sequence[Candidate], now: Mapping[str, float], index: fl
     if not useful:
         return "No candidate sticks and slips: try lower drive speeds or higher loads (--speeds, --loads)."
     best = useful[0]
+    falls = ", ".join(f"{name} {deviation(now[name])} -> {deviation(sd)}" for name, sd in best.deviations.items())
     text = (
         f"{duration:g} s more of stick-slip at {best.drive_speed:.3g} rad/s with N = {best.load:.3g} N would help "
-        f"most: standard deviations {_falls(now, best.deviations)}; collinearity index {index:.3g} -> {best.index:.3g}."
+        f"most: standard deviations {falls}; collinearity index {index:.3g} -> {best.index:.3g}."
     )
     if best.start != ANY:
         text += f" It may slide on there without sticking: {best.start}."
     return text
-
-
-def _falls(now: Mapping[str, float], then: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} {deviation(now[name])} -> {deviation(sd)}" for name, sd in then.items())
 
 
 def _together(plan: Plan, duration: float) -> str:

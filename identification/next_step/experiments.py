@@ -204,11 +204,8 @@ class Forecast:
     def informations(
         self, settings: Mapping[str, float], signals: Mapping[str, Signal] | None = None
     ) -> list[np.ndarray]:
-        """(m, m) that the log of an experiment adds, at each of the points.
-
-        Raises:
-            StickslipError: it has no run, or that no derivative.
-        """
+        """(m, m) that the log of an experiment adds, at each of the points. StickslipError: it has no run, or that no
+        derivative."""
         fmu = self.subject.fmu
         constants = {name: value for name, value in self.calibration.reading.inputs.items() if value is not None}
         inputs = {name: value for name, value in {**constants, **settings}.items() if name in fmu.inputs}
@@ -225,7 +222,8 @@ class Forecast:
         start = {name: values.get(name, fmu.start_of(name)) for name in self.subject.states}
         run = self.subject.respond(Stretch(window, parameters, start))
         recorded = self.subject.recorded
-        noise = {name: sd or OTHER_NOISE * _rms(run.values[:, recorded.index(name)]) for name, sd in self.noise.items()}
+        sizes = dict(zip(recorded, np.sqrt(np.mean(run.values**2, axis=0)), strict=True))
+        noise = {name: sd or OTHER_NOISE * (sizes[name] or 1.0) for name, sd in self.noise.items()}
         slopes = np.vstack([run.slopes[:, recorded.index(name)] / sd for name, sd in noise.items()])
         if not np.isfinite(slopes).all():
             raise StickslipError("The run has no derivative.")
@@ -280,10 +278,6 @@ def _moved(one: CalibratedValue, offset: float) -> CalibratedValue:
     low = -np.inf if one.minimum is None else one.minimum
     high = np.inf if one.maximum is None else one.maximum
     return replace(one, value=float(np.clip(one.value + FAR * offset, low, high)))
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2))) or 1.0
 
 
 def _precision(calibration: Calibration, names: Sequence[str]) -> np.ndarray:

@@ -202,14 +202,14 @@ class Knowledge:
     def with_logs(self, logs: Logs = ()) -> np.ndarray:
         """Precision (m, m) of the law with these logs beside the fitted ones."""
         every = [*self.logged, *logs]
-        before, after = (self._information(some) for some in (self.logged, every))
+        before, after = (
+            np.asarray(sum(shown.over(lasts, self.precision) for shown, lasts, _ in some))
+            for some in (self.logged, every)
+        )
         known = self._beforehand(before)
         if self.by_encoder and "gain" in self.shared:
             known[0] *= _told_lines(every) / _told_lines(self.logged)
         return self._of_law(after, known)
-
-    def _information(self, logs: Logs) -> np.ndarray:
-        return np.asarray(sum(shown.over(lasts, self.precision) for shown, lasts, _ in logs))
 
     def _beforehand(self, information: np.ndarray) -> np.ndarray:
         """Precision (k,) of what logs share without the slips, which have this information."""
@@ -275,10 +275,7 @@ def found(fit: FrictionFit) -> list[FittedParameter]:
 
 def stated_size(fit: FrictionFit) -> float:
     """Mean ln of the deviations of the parameters found, nearer to that of white residuals by what chance makes.
-
-    Raises:
-        StickslipError: the fit does not determine them one by one.
-    """
+    StickslipError: the fit does not determine them one by one."""
     stated, white = (
         np.array([getattr(parameter, name) for parameter in found(fit)])
         for name in ("standard_deviation", "plain_deviation")

@@ -134,9 +134,10 @@ def draw_diagram(family: FamilyComparison, axes: Axes) -> None:
     contacts = tuple(family.members[0].drive_speeds)
     for contact, mark in zip(contacts, MARKS, strict=False):
         speeds = [member.drive_speeds[family.varied] for member in family.members]
+        both = {kind: [getattr(member, kind) for member in family.members] for kind in ("measured", "model")}
         shares = {
-            kind: [_share(getattr(member, kind), contact) for member in family.members]
-            for kind in ("measured", "model")
+            kind: [motion.sticks[contact].fraction if isinstance(motion, Portrait) else 0.0 for motion in motions]
+            for kind, motions in both.items()
         }
         name = f" {contact}" if len(contacts) > 1 else ""
         axes.plot(speeds, shares["measured"], color="#999999", marker=mark, markersize=11, linestyle="none",
@@ -154,10 +155,6 @@ def draw_diagram(family: FamilyComparison, axes: Axes) -> None:
     axes.tick_params(labelsize="small")
     axes.grid(alpha=0.25)
     axes.legend(fontsize="x-small", frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2)
-
-
-def _share(motion: Portrait | Rest, contact: str) -> float:
-    return motion.sticks[contact].fraction if isinstance(motion, Portrait) else 0.0
 
 
 def _bifurcation(axes: Axes, one: BifurcationComparison) -> None:

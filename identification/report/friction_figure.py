@@ -167,11 +167,8 @@ def draw_fit(fit: FrictionFit, axes: Axes) -> None:
 
 
 def fitted_law(fit: FrictionFit, contact: str) -> Callable[[np.ndarray], np.ndarray]:
-    """The fitted friction coefficient on a disc as a function of slip speed (n,), m/s.
-
-    Raises:
-        StickslipError: the fit is of an unknown law.
-    """
+    """The fitted friction coefficient on a disc as a function of slip speed (n,), m/s. StickslipError: the fit is of an
+    unknown law."""
     law = find_law(fit.law_reference)
     values = np.array([fit[name].value for name in _names(fit, contact)])
     return lambda slip: law.value(law.along(np.abs(slip), slip), values)

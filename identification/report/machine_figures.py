@@ -76,7 +76,9 @@ def machine_fit_figure(
     if beside:
         places = [figure.add_subplot(grid[2 * place : 2 * place + 2, 1]) for place in range(count)]
         _draw_friction(places, mechanism, fit, seen)
-    figure.suptitle(_title(fit, pieces))
+    names = [name for name, _ in groupby(piece.log for piece in pieces)]
+    logs = ", ".join(names) if len(names) <= NAMED else f"{len(names)} logs"
+    figure.suptitle(f"{fit.title}, by {fit.method}: {logs}")
     return figure
 
 
@@ -128,8 +130,11 @@ def machine_runs_figure(fit: MachineFit, runs: Sequence[MachineRun]) -> Figure:
     for place, score in enumerate(runs[0].joints):
         above = figure.add_subplot(rows, columns, place + 1, sharex=above)
         above.plot(time, _joined([run.measured[:, place] for run in runs]), color=BLUE, linewidth=1.6, label="measured")
-        simulated = _joined([_parted(run)[:, place] for run in runs])
-        above.plot(time, simulated, color="black", linewidth=0.9, linestyle="--", label="simulated")
+        simulated = []
+        for run in runs:
+            simulated.append(run.simulated[:, place].copy())
+            simulated[-1][run.ends] = np.nan  # a gap at the end of each window
+        above.plot(time, _joined(simulated), color="black", linewidth=0.9, linestyle="--", label="simulated")
         above.set_ylabel(f"{score.joint} ({score.unit})")
         above.grid(alpha=0.25)
         if place >= count - columns:
@@ -140,13 +145,6 @@ def machine_runs_figure(fit: MachineFit, runs: Sequence[MachineRun]) -> Figure:
         )
     figure.suptitle(f"{fit.title}: begun anew every {runs[0].window:g} s from the measured state")
     return figure
-
-
-def _parted(run: MachineRun) -> np.ndarray:
-    """Simulated positions with a gap at the end of each window."""
-    found = run.simulated.copy()
-    found[run.ends] = np.nan
-    return found
 
 
 def _places(pieces: Sequence[Predicted]) -> tuple[list[float], list[float]]:
@@ -174,9 +172,3 @@ def _mark(axes: Axes, begins: Sequence[float], ends: Sequence[float]) -> None:
     for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
         axes.axvspan(begin, end, color="0.9", linewidth=0, zorder=0, label="" if number else "held out")
     axes.grid(alpha=0.25)
-
-
-def _title(fit: MachineFit, pieces: Sequence[Predicted]) -> str:
-    names = [name for name, _ in groupby(piece.log for piece in pieces)]
-    logs = ", ".join(names) if len(names) <= NAMED else f"{len(names)} logs"
-    return f"{fit.title}, by {fit.method}: {logs}"

@@ -22,11 +22,8 @@ WITHIN = (0.393, 0.864)  # shares of the samples inside one and two deviations o
 
 
 def posterior_figure(found: Posterior | None, title: str, values: Mapping[str, float], names: Sequence[str]) -> Figure:
-    """A corner plot of the unknowns named; lines: the ``values`` that were fitted, dashed: 95 %.
-
-    Raises:
-        StickslipError: corner is not installed, there are no samples, or a name is not among their unknowns.
-    """
+    """A corner plot of the unknowns named; lines: the ``values`` that were fitted, dashed: 95 %. StickslipError: corner
+    is not installed, there are no samples, or a name is not among their unknowns."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 

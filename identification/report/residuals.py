@@ -19,11 +19,8 @@ SAME = 0.1  # standard deviations, up to which the fit counts as reproduced
 
 
 def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]]:
-    """Residuals at the new solution, and a sentence on how it compares with the stored one.
-
-    Raises:
-        StickslipError: these logs cannot be fitted.
-    """
+    """Residuals at the new solution, and a sentence on how it compares with the stored one. StickslipError: these logs
+    cannot be fitted."""
     terms = terms_found(ready, fit.causes)
     known = (*SENSORS, *(term.name for term in terms))
     nuisance = tuple(q.name for q in fit.nuisance if q.name not in known)

@@ -74,12 +74,8 @@ class _Cycle:
 
 
 def fit_slip_model(statistics: SlipStatistics) -> SlipModel | None:
-    """Fit the block on a belt; None where mass, stiffness or speed is unknown.
-
-    Raises:
-        StickslipError: no friction coefficients give the measured peak and after-slip value, or the slider swings
-            instead of sticking.
-    """
+    """Fit the block on a belt; None where mass, stiffness or speed is unknown. StickslipError: no friction coefficients
+    give the measured peak and after-slip value, or the slider swings instead of sticking."""
     if any(name not in statistics.known for name in NEEDED):
         return None
     if swings(statistics.known, statistics.period):

@@ -179,11 +179,7 @@ def slip_statistics(
 
 def read_slips(recipe: Recipe) -> dict[str, float]:
     """The table [slips] of a recipe, SI: what is known of the slider, and ``share`` of the root mean square fall, below
-    which a fall is a partial slip.
-
-    Raises:
-        StickslipError: what is wrong in it, with its line.
-    """
+    which a fall is a partial slip. StickslipError: what is wrong in it, with its line."""
     document = recipe.document
     document.check_keys(SETTINGS, "slips")
     table = document.table("slips")

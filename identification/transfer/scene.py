@@ -18,12 +18,8 @@ TABLES = ("parameters", "free")
 
 def write_scene(source: Path, target: Path, values: Sequence[HandedValue], *, overwrite: bool = False) -> Path:
     """Write a copy of a scene with these values; a parameter that the scene leaves at its default is added to
-    ``[parameters]``.
-
-    Raises:
-        StickslipError: not a scene, a parameter that its model does not have, a unit of something else, or ``target``
-            exists and ``overwrite`` is false, or cannot be written.
-    """
+    ``[parameters]``. StickslipError: not a scene, a parameter that its model does not have, a unit of something else,
+    or ``target`` exists and ``overwrite`` is false, or cannot be written."""
     import tomlkit
 
     scene = read_scene(source)

@@ -15,10 +15,7 @@ from identification.transfer.values import HandedValue
 
 def write_parameter_set(path: Path, values: Sequence[HandedValue], fmu: Fmu, *, overwrite: bool = False) -> Path:
     """Write the values as an .ssv file, with units defined by base units and what is known of each in its description.
-
-    Raises:
-        StickslipError: another suffix, or ``path`` exists and ``overwrite`` is false, or cannot be written.
-    """
+    StickslipError: another suffix, or ``path`` exists and ``overwrite`` is false, or cannot be written."""
     if path.suffix != ".ssv":
         raise StickslipError(f"'{path}' must end in .ssv, as parameter sets do.")
     with write_whole(path, overwrite=overwrite) as temporary:
@@ -30,11 +27,7 @@ def write_ssp(
     path: Path, values: Sequence[HandedValue], fmu: Fmu, *, name: str = "rig", overwrite: bool = False
 ) -> Path:
     """Write a rig or machine as an SSP: its FMU as the models come, and the fitted values as a parameter set bound to
-    it.
-
-    Raises:
-        StickslipError: another suffix, or ``path`` exists and ``overwrite`` is false, or cannot be written.
-    """
+    it. StickslipError: another suffix, or ``path`` exists and ``overwrite`` is false, or cannot be written."""
     ssp_writer.check_path(path)
     system = CoupledSystem(name, {name: Unit(fmu)})
     return ssp_writer.write(path, system, {name: {FITTED: _entries(values)}}, overwrite=overwrite)

@@ -34,11 +34,8 @@ class HandedValue:
         return AT_LEAST if self.at_least else ""
 
     def in_unit(self, unit: str | None, where: str) -> float:
-        """The value in the unit of where it goes.
-
-        Raises:
-            StickslipError: that has no unit, or one of something else; ``where`` begins the message.
-        """
+        """The value in the unit of where it goes. StickslipError: that has no unit, or one of something else; ``where``
+        begins the message."""
         from fmu_models.coupling.wiring import conversion
 
         if unit == self.unit:
@@ -64,10 +61,7 @@ def handed_values(
     fit: FrictionFit, *, only: Sequence[str] = (), renamed: Mapping[str, str] | None = None
 ) -> tuple[HandedValue, ...]:
     """What a fit hands on. only: names of the rig's FMU, all if empty; renamed: names there by these names.
-
-    Raises:
-        StickslipError: a name that the fit does not hand on, or two values for one name.
-    """
+    StickslipError: a name that the fit does not hand on, or two values for one name."""
     model = fitted_model(fit)
     return _chosen({name: _value(fit, model, name) for name in model.parameters}, only, renamed)
 
@@ -134,11 +128,8 @@ def _value(fit: FrictionFit, model: FittedModel, name: str) -> HandedValue:
 
 
 def check_targets(values: Sequence[HandedValue], fmu: Fmu) -> dict[str, float]:
-    """The values by the names and in the units of the parameters of an FMU.
-
-    Raises:
-        StickslipError: a name or unit that does not match.
-    """
+    """The values by the names and in the units of the parameters of an FMU. StickslipError: a name or unit that does
+    not match."""
     from fmu_models.coupling.wiring import unit_of
     from fmu_models.fmu.start_values import check_parameter
 

@@ -40,11 +40,8 @@ class FileStates:
 
 
 def seen_logs(folder: Path) -> list[FileStates]:
-    """The logs in a folder, those that are described first, in their order; others by their names.
-
-    Raises:
-        StickslipError: the folder is not there.
-    """
+    """The logs in a folder, those that are described first, in their order; others by their names. StickslipError: the
+    folder is not there."""
     if not folder.is_dir():
         raise StickslipError(f"The folder '{folder}' is not there.")
     resources = load_json(folder / SIDECAR)["resources"] if (folder / SIDECAR).exists() else []

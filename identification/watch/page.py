@@ -38,12 +38,9 @@ def watch_table(state: WatchState, last: int = SHOWN) -> PrintedTable:
         cells = [Cell(like_sd(*entry.values[name]) if name in entry.values else "", "number") for name in columns]
         remark = "; ".join(entry.calls) or entry.reason
         status = Cell(entry.status, "text" if entry.status != "refused" else "fail")
-        rows.append([_time(entry), entry.name, status, *cells, Cell(remark, "fail" if entry.calls else "text")])
+        time = datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC).strftime("%Y-%m-%d %H:%M:%S")
+        rows.append([time, entry.name, status, *cells, Cell(remark, "fail" if entry.calls else "text")])
     return made_table("Logs, the latest first", ("time", "log", "result", *columns, "called"), rows)
-
-
-def _time(entry: Entry) -> str:
-    return datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC).strftime("%Y-%m-%d %H:%M:%S")
 
 
 def watch_figure(state: WatchState) -> Figure:

@@ -71,10 +71,7 @@ def write_state(path: Path, state: WatchState) -> None:
 
 def read_state(path: Path, *, trust: bool = False) -> WatchState:
     """A state as `write_state` wrote it; trust: Python files that it names, of a law or an estimator, may run.
-
-    Raises:
-        StickslipError: the file is none, or names code that is not trusted.
-    """
+    StickslipError: the file is none, or names code that is not trusted."""
     try:
         plain = json.loads(path.read_text(encoding="utf-8"))
         if plain["type"] != "stickslip watch" or plain["version"] != VERSION:

@@ -146,10 +146,7 @@ class Disturbances(Shown):
     @staticmethod
     def said(texts: Sequence[str]) -> Disturbances:
         """Disturbances from texts such as "once=5%", "drift=0.3mm", "zero=2mrad"; a number without unit is SI.
-
-        Raises:
-            StickslipError: no disturbance of that name, no size, a unit that does not fit, a name twice, out of range.
-        """
+        StickslipError: no disturbance of that name, no size, a unit that does not fit, a name twice, out of range."""
         sizes: dict[str, float] = {}
         for text in texts:
             name, _, size = (side.strip() for side in text.partition("="))

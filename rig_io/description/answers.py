@@ -72,10 +72,7 @@ class Answers:
 
     def with_columns(self, text: str) -> Answers:
         """The answers with roles (and units) that were typed: "Weg=laser V; Zeit=time ms; run7.csv=free-decay".
-
-        Raises:
-            StickslipError: not of that form, or an unknown role.
-        """
+        StickslipError: not of that form, or an unknown role."""
         columns, units, kinds = dict(self.columns), dict(self.units), dict(self.kinds)
         for item in filter(None, (item.strip() for item in text.split(";"))):
             name, assigned = assignment(item, "COLUMN=ROLE UNIT, such as Weg=laser V")
@@ -89,11 +86,7 @@ class Answers:
 
 
 def assignment(text: str, form: str) -> tuple[str, str]:
-    """Name and what it is set to, of "NAME=SOMETHING"; a name may hold a '='.
-
-    Raises:
-        StickslipError: not of that form.
-    """
+    """Name and what it is set to, of "NAME=SOMETHING"; a name may hold a '='. StickslipError: not of that form."""
     name, equals, value = (side.strip() for side in text.rpartition("="))
     if not equals or not name or not value:
         raise StickslipError(f"'{text}' is not of the form {form}.")
@@ -118,11 +111,8 @@ def from_options(
     join: str | None,
     confirm: bool,
 ) -> Answers:
-    """Answers of the options of the command.
-
-    Raises:
-        StickslipError: one is not of the form NAME=SOMETHING, or names something that is not known.
-    """
+    """Answers of the options of the command. StickslipError: one is not of the form NAME=SOMETHING, or names something
+    that is not known."""
     answers = Answers(join=join, confirm=confirm).with_columns(";".join(mapped or ()))
     stated = dict(assignment(text, "COLUMN=UNIT") for text in units or ())
     stated_values = {}
@@ -148,11 +138,7 @@ def from_options(
 
 
 def from_file(path: Path) -> Answers:
-    """Answers of a TOML file.
-
-    Raises:
-        StickslipError: no such file, or what is wrong in it, with its line.
-    """
+    """Answers of a TOML file. StickslipError: no such file, or what is wrong in it, with its line."""
     document = read_document(existing(path, "answers file"))
     document.check_keys(("columns", "values", "kinds", "read", "join", "confirm"))
     columns, units = {}, {}

@@ -62,7 +62,9 @@ def example_of(package: Mapping[str, Any], files: Sequence[Path], like: bool) ->
     resources = [dict(entry) for entry in package.get("resources", [])]
     same_files = [resource for resource in resources if names & set(files_of(resource))]
     same_kind = [
-        resource for resource in resources if resource not in same_files and (like or _same_kind(resource, files))
+        resource
+        for resource in resources
+        if resource not in same_files and (like or Path(files_of(resource)[0]).suffix == files[0].suffix)
     ]
     # the one with most columns first: a free decay may be recorded without the drive
     ranked = [*same_files, *sorted(same_kind, key=lambda resource: -len(_fields(resource)))]
@@ -88,10 +90,6 @@ def free_decay(folder: Path, package: Mapping[str, Any]) -> Path | None:
 def _fields(resource: Mapping[str, Any]) -> list[dict[str, Any]]:
     entries = resource.get("schema", {}).get("fields", [])
     return [entry for entry in entries if isinstance(entry, dict) and "name" in entry]
-
-
-def _same_kind(resource: Mapping[str, Any], files: Sequence[Path]) -> bool:
-    return Path(files_of(resource)[0]).suffix == files[0].suffix
 
 
 def known_fields(example: Mapping[str, Any], path: Path) -> dict[str, dict[str, Any]]:

@@ -36,10 +36,7 @@ def is_unknown(text: str) -> bool:
 
 def quantity(text: str, unit: str, label: str) -> Answer:
     """A quantity with its standard deviation, converted to ``unit``, which is meant where none is written.
-
-    Raises:
-        StickslipError: it is none, or of another dimension; begins with ``what``.
-    """
+    StickslipError: it is none, or of another dimension; begins with ``what``."""
     if is_unknown(text):
         return Answer(None, None)
     parsed = _QUANTITY.fullmatch(text)
@@ -65,10 +62,7 @@ def quantity(text: str, unit: str, label: str) -> Answer:
 
 def laser(text: str, label: str) -> dict[str, Any]:
     """The calibration of a laser: "0.01 ± 0.00002 m/V, 5 V": gain and the reading at rest, either of them unknown.
-
-    Raises:
-        StickslipError: as in `quantity`, or more than two parts.
-    """
+    StickslipError: as in `quantity`, or more than two parts."""
     items = [item.strip() for item in re.split(r"[;]|,(?=\s)|\bat\b", text) if item.strip()]
     if not items or len(items) > 2:
         raise StickslipError(
@@ -83,11 +77,7 @@ def laser(text: str, label: str) -> dict[str, Any]:
 
 
 def noise(text: str, label: str) -> float | None:
-    """The rms noise of a laser, m; None where it is not known.
-
-    Raises:
-        StickslipError: as in `quantity`, or none at all.
-    """
+    """The rms noise of a laser, m; None where it is not known. StickslipError: as in `quantity`, or none at all."""
     deviation = quantity(text, "m", label).value
     if deviation is not None and deviation <= 0:
         raise StickslipError(f"{label}: no laser has a noise of {deviation:g} m. Write its rms, 20 um, or 'unknown'.")
@@ -95,11 +85,8 @@ def noise(text: str, label: str) -> float | None:
 
 
 def encoder(text: str, label: str) -> dict[str, Any]:
-    """An encoder: "1000", "1000 x4" (all four edges of a line are counted), "1000, 16 bit".
-
-    Raises:
-        StickslipError: it is none.
-    """
+    """An encoder: "1000", "1000 x4" (all four edges of a line are counted), "1000, 16 bit". StickslipError: it is
+    none."""
     if is_unknown(text):
         return {"pulses_per_revolution": None}
     match = re.fullmatch(

@@ -6,7 +6,6 @@ from fmu_models.base.errors import StickslipError
 from rig_io.description import quantities
 from rig_io.description.answers import LASER_NOISE, SPEED, Answers
 from rig_io.description.draft import Draft, check_named, unit_fault
-from rig_io.description.runs import DescribedLog
 from rig_io.logs.columns import ANGLE_SOURCES, TIME, metres
 from rig_io.logs.log import RIG_UNITS
 
@@ -45,18 +44,17 @@ def questions(draft: Draft) -> list[Question]:
             Question(COLUMNS_RIGHT, text, "yes, or COLUMN=ROLE UNIT; FILE=free-decay", "" if faults else "yes")
         )
     asked_for += [_instrument(name, draft) for name in _instruments(draft) if draft.instrument(name) is None]
-    asked_for += [_speed(log) for log in draft.logs if _lacks_drive(log) and draft.speed(log) is None]
-    return asked_for + [_constant(name) for name in _constants(draft) if name not in draft.rig]
-
-
-def _lacks_drive(log: DescribedLog) -> bool:
-    return log.kind == "stick-slip" and not any(role.startswith("drive") for role in log.roles)
-
-
-def _speed(log: DescribedLog) -> Question:
-    file = log.files[0].path.name
-    text = f"No column of {file} shows the drive (drive0_count or drive0_speed). Its nominal speed?"
-    return Question(f"{SPEED}{file}", text, "VALUE ± UNCERTAINTY rad/s (or unknown)")
+    for log in draft.logs:
+        driven = log.kind != "stick-slip" or any(role.startswith("drive") for role in log.roles)
+        if not driven and draft.speed(log) is None:
+            file = log.files[0].path.name
+            text = f"No column of {file} shows the drive (drive0_count or drive0_speed). Its nominal speed?"
+            asked_for.append(Question(f"{SPEED}{file}", text, "VALUE ± UNCERTAINTY rad/s (or unknown)"))
+    for name in _constants(draft):
+        if name not in draft.rig:
+            text = f"{name}: {MEANINGS[name]}, with its standard uncertainty?"
+            asked_for.append(Question(name, text, f"VALUE ± UNCERTAINTY {RIG_UNITS[name]} (or unknown)"))
+    return asked_for
 
 
 def optional(draft: Draft) -> list[Question]:
@@ -98,16 +96,10 @@ def _instrument(name: str, draft: Draft) -> Question:
             name, "Laser: metres per volt, and volts when the disc is at rest?", "0.01 ± 0.00002 m/V, 5 V (or unknown)"
         )
     label = "the encoder of the disc" if name == "encoder" else f"the encoder of driving disc {name[-1]}"
-    calibration = draft.instrument("encoder" if name != "encoder" else "drive0")
-    return Question(
-        name, f"Lines per revolution of {label}?", "1000, or 1000 x4 where all edges count", _as_text(calibration)
-    )
-
-
-def _as_text(calibration: dict | None) -> str:
-    if not calibration or calibration.get("pulses_per_revolution") is None:
-        return ""
-    return f"{calibration['pulses_per_revolution']}{' x4' if calibration.get('quadrature') else ''}"
+    like = draft.instrument("encoder" if name != "encoder" else "drive0") or {}
+    lines = like.get("pulses_per_revolution")
+    proposal = "" if lines is None else f"{lines}{' x4' if like.get('quadrature') else ''}"
+    return Question(name, f"Lines per revolution of {label}?", "1000, or 1000 x4 where all edges count", proposal)
 
 
 def _constants(draft: Draft) -> list[str]:
@@ -123,18 +115,8 @@ def _constants(draft: Draft) -> list[str]:
     return ["J", *(() if decay else ("k", "c")), "R", "r", *forces]
 
 
-def _constant(name: str) -> Question:
-    unit = RIG_UNITS[name]
-    text = f"{name}: {MEANINGS[name]}, with its standard uncertainty?"
-    return Question(name, text, f"VALUE ± UNCERTAINTY {unit} (or unknown)")
-
-
 def answered(draft: Draft, question: Question, text: str) -> Answers:
-    """The answers with one more.
-
-    Raises:
-        StickslipError: the answer is not of the form that is asked for.
-    """
+    """The answers with one more. StickslipError: the answer is not of the form that is asked for."""
     answer = text.strip() or question.proposal
     if not answer:
         raise StickslipError(f"An answer is needed: {question.form}.")

@@ -98,8 +98,6 @@ def _said(column: Proposal, path: Path, answers: Answers, columns: int) -> Propo
         column = replace(column, role=None if role == NONE else role, confidence=1.0, reason="as said")
         if role != NONE and COLUMNS[role].whole and unit is None:
             column = replace(column, unit="1")
-        elif unit is None and column.header is None and column.unit is None and role not in (NONE, TIME.name):
-            column = replace(column, unit=None)
     if unit is not None:
         guessed.pop("unit", None)
         column = replace(column, unit=unit)

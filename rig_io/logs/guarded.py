@@ -56,11 +56,8 @@ class Channels:
 
 
 def need(module: str, package: str, purpose: str) -> None:
-    """Whether a package is installed that only some users need.
-
-    Raises:
-        StickslipError: it is not; with the line that installs it.
-    """
+    """Whether a package is installed that only some users need. StickslipError: it is not; with the line that installs
+    it."""
     if importlib.util.find_spec(module) is None:
         raise StickslipError(
             f"{purpose} are read by the package '{package}'. Install it: pip install 'stickslip[{EXTRA}]'"
@@ -71,11 +68,8 @@ def table_of(
     path: Path, parse: Callable[..., Channels], expected: str, magic: Sequence[bytes] = (), **options: str
 ) -> Table:
     """The table of a file. parse: called in the child with the path and the options; magic: what such a file begins
-    with; expected: what it should be, in words.
-
-    Raises:
-        StickslipError: the file is missing, empty, not of its kind, damaged, or holds no column of numbers.
-    """
+    with; expected: what it should be, in words. StickslipError: the file is missing, empty, not of its kind, damaged,
+    or holds no column of numbers."""
     check_file(path, expected)
     with open(path, "rb") as file:
         head = file.read(max(map(len, magic), default=0))
@@ -83,7 +77,10 @@ def table_of(
         raise StickslipError(f"'{path}' is not {expected} (it begins otherwise). Give it the suffix of its kind.")
     with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
         parsed, rows = parsed_apart(path, _parsed, parse, str(path), room, dict(options))
-        columns = _columns(Path(room) / _COLUMNS, [channel.name for channel in parsed.channels], rows)
+        columns = {
+            channel.name: np.fromfile(Path(room) / _COLUMNS, np.float64, rows, offset=8 * rows * index)
+            for index, channel in enumerate(parsed.channels)
+        }
     return Table(
         f"'{path}'",
         columns,
@@ -98,11 +95,7 @@ def table_of(
 
 def parsed_apart(path: Path, parse: Callable[..., Value], *arguments: object, again: str = "", less: str = "") -> Value:
     """What a parser makes of a file in a process of its own. again, less: how to save it, behind the advice to save it
-    again, and to save less.
-
-    Raises:
-        StickslipError: the file is damaged, or larger than what can be read.
-    """
+    again, and to save less. StickslipError: the file is damaged, or larger than what can be read."""
     # ample for a sound file of that size: some damaged ones send their parser in circles
     limits = replace(Limits.default(), time=PATIENCE + path.stat().st_size / SLOWEST)
     try:
@@ -116,10 +109,6 @@ def parsed_apart(path: Path, parse: Callable[..., Value], *arguments: object, ag
             f"'{path}' is damaged, or unpacks to more than can be read here. It was read in a process of its own: "
             f"{error} Copy it again from its source{less}."
         ) from error
-
-
-def _columns(file: Path, names: Sequence[str], rows: int) -> dict[str, np.ndarray]:
-    return {name: np.fromfile(file, np.float64, rows, offset=8 * rows * index) for index, name in enumerate(names)}
 
 
 def _parsed(parse: Callable[..., Channels], path: str, room: str, options: dict[str, str]) -> tuple[Channels, int]:

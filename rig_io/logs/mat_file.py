@@ -56,11 +56,7 @@ def taken(array: Array) -> Array:
 
 
 def arrays(path: str, hdf5: bool) -> list[Array]:
-    """The variables of a file in its order.
-
-    Raises:
-        DamagedTable: anything that does not fit.
-    """
+    """The variables of a file in its order. DamagedTable: anything that does not fit."""
     try:
         return list(_of_hdf5(path) if hdf5 else _of_version_5(path))
     except MemoryError:

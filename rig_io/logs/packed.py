@@ -21,11 +21,8 @@ _PIECE = 1 << 20
 @contextmanager
 def unpacked(path: Path, member: str | None = None) -> Iterator[Path]:
     """A packed log as a file of its own name, which is removed afterwards; errors name the archive in its place.
-
-    Raises:
-        StickslipError: the archive is damaged, encrypted, holds none or several files, or unpacks to more than
-            `LARGEST`.
-    """
+    StickslipError: the archive is damaged, encrypted, holds none or several files, or unpacks to more than
+    `LARGEST`."""
     with tempfile.TemporaryDirectory(prefix="stickslip-") as room:
         try:
             inner = _gzip(path, Path(room)) if path.suffix.lower() == ".gz" else _zip(path, Path(room), member)

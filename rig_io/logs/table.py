@@ -13,11 +13,8 @@ from fmu_models.base.files import existing
 
 
 def check_file(path: Path, expected: str) -> None:
-    """Whether there is a file that holds something.
-
-    Raises:
-        StickslipError: there is none, it cannot be read or is empty (``expected`` says what it should hold).
-    """
+    """Whether there is a file that holds something. StickslipError: there is none, it cannot be read or is empty
+    (``expected`` says what it should hold)."""
     try:
         with open(existing(path, "log", " Check the name and the folder."), "rb") as file:
             first_byte = file.read(1)

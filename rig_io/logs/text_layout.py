@@ -93,11 +93,7 @@ def is_number(cell: str, decimal: str = ".") -> bool:
 
 
 def encoding_of(path: Path, head: bytes) -> str:
-    """The encoding of a text by its byte-order mark or its bytes.
-
-    Raises:
-        StickslipError: the bytes are no text.
-    """
+    """The encoding of a text by its byte-order mark or its bytes. StickslipError: the bytes are no text."""
     for mark, name in (
         (codecs.BOM_UTF8, "utf-8-sig"),
         (codecs.BOM_UTF16_LE, "utf-16"),
@@ -132,11 +128,8 @@ def layout_of(
     path: Path, head: bytes, complete: bool, encoding: str, options: Mapping[str, str], offset: int = 0
 ) -> TextLayout:
     """How a text is written. head: its first bytes; complete: whether that is all of it; options: what the user has
-    said, "separator", "decimal", "header" (line of the names, from 1; 0: none), "dates".
-
-    Raises:
-        StickslipError: there is no table of numbers in it, or the header does not fit to it.
-    """
+    said, "separator", "decimal", "header" (line of the names, from 1; 0: none), "dates". StickslipError: there is no
+    table of numbers in it, or the header does not fit to it."""
     text = head.decode(encoding, errors="replace").removeprefix("\ufeff")
     lines = text.split("\n")
     if not complete and len(lines) > 1:

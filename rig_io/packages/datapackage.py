@@ -229,11 +229,8 @@ def read_package(
 
 
 def check_target(folder: Path, names: Sequence[str], overwrite: bool) -> None:
-    """Refuse before the work what `write_package` would refuse after it.
-
-    Raises:
-        StickslipError: no name, a name that cannot be a file's, two alike, or a folder that holds something already.
-    """
+    """Refuse before the work what `write_package` would refuse after it. StickslipError: no name, a name that cannot be
+    a file's, two alike, or a folder that holds something already."""
     if not names:
         raise StickslipError("A package needs at least one log.")
     for name in names:
@@ -274,7 +271,10 @@ def write_package(
     try:
         work = room / target.name  # a folder of the usual rights, which mkdtemp's is not
         work.mkdir()
-        _write(work, logs, title, description)
+        for log in logs:
+            csv_log.write(work / f"{log.name}.csv", {TIME.name: log.time, **log.columns})
+        package = sidecar.package(work.name, logs, work, title, description)
+        (work / SIDECAR).write_text(json.dumps(package, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         if not target.exists():
             work.rename(target)
             return folder
@@ -286,13 +286,6 @@ def write_package(
     finally:
         shutil.rmtree(room, ignore_errors=True)
     return folder
-
-
-def _write(work: Path, logs: list[RigLog], title: str, description: str) -> None:
-    for log in logs:
-        csv_log.write(work / f"{log.name}.csv", {TIME.name: log.time, **log.columns})
-    package = sidecar.package(work.name, logs, work, title, description)
-    (work / SIDECAR).write_text(json.dumps(package, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def _unwritable(folder: Path, error: OSError) -> StickslipError:

@@ -29,11 +29,8 @@ INSTRUMENT_KEYS = {
 
 
 def instrument_of(entry: Mapping[str, Any], where: str) -> Instrument:
-    """How the column of an entry was measured.
-
-    Raises:
-        StickslipError: another form than those allowed; names the file, the column and the key.
-    """
+    """How the column of an entry was measured. StickslipError: another form than those allowed; names the file, the
+    column and the key."""
 
     def fault(key: str, value: object, form: str) -> StickslipError:
         return StickslipError(f"{where}: \"{key}\" of column '{entry['name']}' is {value!r}; expected {form}.")
@@ -121,11 +118,8 @@ def files_of(resource: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def fields_of(resource: Mapping[str, Any], where: str) -> tuple[Field, ...]:
-    """The columns that a resource describes.
-
-    Raises:
-        StickslipError: an unknown role, or two columns for one role; begins with ``where``.
-    """
+    """The columns that a resource describes. StickslipError: an unknown role, or two columns for one role; begins with
+    ``where``."""
     schema = resource.get("schema", {})
     entries = schema.get("fields", []) if isinstance(schema, dict) else []
     if not isinstance(entries, list):
@@ -199,11 +193,8 @@ def with_roles(table: Table, fields: Sequence[Field], where: str, rate: float | 
 
 
 def with_units(table: Table, fields: Sequence[Field]) -> Table:
-    """A table under its own names, with the units that the sidecar states.
-
-    Raises:
-        StickslipError: a unit that is not the file's.
-    """
+    """A table under its own names, with the units that the sidecar states. StickslipError: a unit that is not the
+    file's."""
     stated = {field.name: _unit(table, field) for field in fields if field.name in table.columns}
     return replace(table, units={**table.units, **{name: unit for name, unit in stated.items() if unit is not None}})
 

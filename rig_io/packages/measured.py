@@ -18,10 +18,7 @@ TIMES = ("time", "t")  # names of a column of times that nobody describes
 
 def read_measured(path: Path) -> MeasuredLog:
     """Every column over the log's times in s; key ``hold`` of a column says that its values hold until the next one.
-
-    Raises:
-        StickslipError: as for `read_columns`; no column of times, times that run back or are missing, no rows.
-    """
+    StickslipError: as for `read_columns`; no column of times, times that run back or are missing, no rows."""
     table, fields, rate = described_columns(existing(path, "log"))
     clock = None if rate else _clock(table, fields)
     if clock is None:

@@ -20,11 +20,7 @@ READERS: Registry[Reader] = Registry(
 
 
 def check_kind(path: Path, reader: Reference | None = None) -> None:
-    """Refuse a file that nobody reads; ``reader`` as for `read_table`.
-
-    Raises:
-        StickslipError: no reader knows its suffix.
-    """
+    """Refuse a file that nobody reads; ``reader`` as for `read_table`. StickslipError: no reader knows its suffix."""
     if _reader_of(path, reader) is None and path.suffix.lower() not in packed.SUFFIXES:
         raise _unknown(path, reader)
 

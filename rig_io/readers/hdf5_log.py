@@ -12,12 +12,8 @@ if TYPE_CHECKING:
 
 
 def read(path: Path, **options: str) -> Table:
-    """Read every vector of a group as a column.
-
-    Raises:
-        StickslipError: the file is missing, damaged or none of its kind; several groups hold vectors and none is
-            chosen.
-    """
+    """Read every vector of a group as a column. StickslipError: the file is missing, damaged or none of its kind;
+    several groups hold vectors and none is chosen."""
     return table_of(path, channels, "an HDF5 file with vectors of numbers", (b"\x89HDF\r\n\x1a\n",), **options)
 
 

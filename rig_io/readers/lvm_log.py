@@ -23,10 +23,7 @@ TIME = "time"
 
 def read(path: Path) -> Table:
     """Read every channel as a column; the column of X becomes ``time``, or is made from its begin and step.
-
-    Raises:
-        StickslipError: the file is missing or no LVM file, has several segments, or a row that is none; with its line.
-    """
+    StickslipError: the file is missing or no LVM file, has several segments, or a row that is none; with its line."""
     check_file(path, "a LabVIEW measurement file")
     with open(path, "rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
         start = 3 if data[:3] == codecs.BOM_UTF8 else 0
@@ -49,18 +46,12 @@ def read(path: Path) -> Table:
     separator_word = re.search(r"^Separator\W(\w+)", first, re.MULTILINE)
     separator = SEPARATORS.get(separator_word[1] if separator_word else "", "\t")
     decimal = "," if re.search(r"^Decimal_Separator\W,", first, re.MULTILINE) else "."
-    settings = _settings(first, channel, separator)
-    return _table(path, body, [name.strip() for name in names.split(separator)], settings, (separator, decimal), head)
-
-
-def _settings(file: str, channel: str, separator: str) -> dict[str, list[str]]:
-    """What the headers state: values of a key, one for each channel."""
-    settings: dict[str, list[str]] = {}
-    for line in (file + "\n" + channel).splitlines():
+    settings: dict[str, list[str]] = {}  # values of a key, one for each channel
+    for line in (first + "\n" + channel).splitlines():
         cells = [cell.strip() for cell in line.split(separator)]
         if cells[0] and len(cells) > 1:
             settings[cells[0]] = cells[1:]
-    return settings
+    return _table(path, body, [name.strip() for name in names.split(separator)], settings, (separator, decimal), head)
 
 
 def _table(

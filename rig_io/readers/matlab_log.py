@@ -35,11 +35,8 @@ def read(path: Path) -> Table:
 
 
 def table_of(path: Path, variables: Iterable[Array]) -> Table:
-    """The table of the variables in a file.
-
-    Raises:
-        StickslipError: no vector of numbers, vectors of different lengths, or two of one name.
-    """
+    """The table of the variables in a file. StickslipError: no vector of numbers, vectors of different lengths, or two
+    of one name."""
     columns: dict[str, np.ndarray] = {}
     scalars: dict[str, float] = {}
     left_out: dict[str, str] = {}

@@ -10,12 +10,8 @@ TIME = "time"
 
 
 def read(path: Path, **options: str) -> Table:
-    """Read every signal of a channel group as a column.
-
-    Raises:
-        StickslipError: the file is missing, damaged or none of its kind; several groups and none chosen; asammdf is
-            not installed.
-    """
+    """Read every signal of a channel group as a column. StickslipError: the file is missing, damaged or none of its
+    kind; several groups and none chosen; asammdf is not installed."""
     need("asammdf", "asammdf", "MDF files")
     return table_of(path, channels, "an MDF file with signals", (b"MDF ", b"UnFinMF "), **options)
 

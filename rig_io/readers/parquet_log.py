@@ -14,11 +14,8 @@ if TYPE_CHECKING:
 
 
 def read(path: Path) -> Table:
-    """Read every column of numbers.
-
-    Raises:
-        StickslipError: the file is missing, damaged or none of its kind; pyarrow is not installed.
-    """
+    """Read every column of numbers. StickslipError: the file is missing, damaged or none of its kind; pyarrow is not
+    installed."""
     need("pyarrow", "pyarrow", "Parquet and Feather files")
     return table_of(path, channels, "a Parquet or Feather file", (b"PAR1", b"ARROW1", b"FEA1"))
 

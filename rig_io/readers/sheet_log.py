@@ -19,12 +19,8 @@ HEADER = 40  # rows within which the table begins
 
 
 def read(path: Path, **options: str) -> Table:
-    """Read every column of a sheet.
-
-    Raises:
-        StickslipError: the file is missing, damaged or none of its kind; several sheets hold tables and none is chosen;
-            openpyxl (odfpy) is not installed.
-    """
+    """Read every column of a sheet. StickslipError: the file is missing, damaged or none of its kind; several sheets
+    hold tables and none is chosen; openpyxl (odfpy) is not installed."""
     if path.suffix.lower() == ".ods":
         need("odf", "odfpy", "ODS files")
     else:

@@ -15,12 +15,8 @@ TIME = "time"
 
 
 def read(path: Path, **options: str) -> Table:
-    """Read every channel of a group as a column.
-
-    Raises:
-        StickslipError: the file is missing, damaged or none of its kind; several groups and none chosen; npTDMS is
-            not installed.
-    """
+    """Read every channel of a group as a column. StickslipError: the file is missing, damaged or none of its kind;
+    several groups and none chosen; npTDMS is not installed."""
     need("nptdms", "npTDMS", "TDMS files")
     return table_of(path, channels, "a TDMS file with channels of numbers", (b"TDSm",), **options)
 

@@ -18,11 +18,8 @@ LARGEST_RADIUS = 5.0  # m
 
 
 def check_sizes(source: str, columns: Mapping[str, np.ndarray]) -> None:
-    """Columns of a log, (n,) each in the unit of `rig_io.logs.columns`; NaN are passed over.
-
-    Raises:
-        StickslipError: numbers of a size that no rig has; says which unit would explain them.
-    """
+    """Columns of a log, (n,) each in the unit of `rig_io.logs.columns`; NaN are passed over. StickslipError: numbers of
+    a size that no rig has; says which unit would explain them."""
     step = float(np.median(np.diff(columns[TIME.name])))
     if step > SLOWEST_CLOCK:
         raise StickslipError(

@@ -58,7 +58,8 @@ def checked(table: Table, repair: Collection[str] = ()) -> Checked:
             f"{table.source} is too short: {rows} rows, at least {SHORTEST} are needed. Record a longer log."
         )
     standard = {name: column for name, column in COLUMNS.items() if name in table.columns}
-    standard = {name: _as_length(column, table.units.get(name)) for name, column in standard.items()}
+    if "laser" in standard and metres(table.units.get("laser")):  # a telemeter that writes lengths
+        standard["laser"] = replace(standard["laser"], unit="m")
     converted = {
         name: _in_unit(table, column, _whole(table, column), table.units.get(name)) for name, column in standard.items()
     }
@@ -76,11 +77,6 @@ def checked(table: Table, repair: Collection[str] = ()) -> Checked:
     return Checked(
         table, columns, {name: column.unit for name, column in standard.items()}, clock.breaks, tuple(remarks)
     )
-
-
-def _as_length(column: LogColumn, unit: str | None) -> LogColumn:
-    """A laser whose telemeter writes lengths: its column is of metres."""
-    return replace(column, unit="m") if column.name == "laser" and metres(unit) else column
 
 
 def _missing(table: Table, name: str, detail: str = "") -> StickslipError:
@@ -139,11 +135,8 @@ def _in_unit(table: Table, column: LogColumn, values: np.ndarray, unit: str | No
 
 
 def check_edges(table: Table, columns: Mapping[str, np.ndarray], breaks: Sequence[int]) -> None:
-    """Edge times of each recording against its ticks and its counts.
-
-    Raises:
-        StickslipError: edges stamped by another clock, or in another unit, or not at all.
-    """
+    """Edge times of each recording against its ticks and its counts. StickslipError: edges stamped by another clock, or
+    in another unit, or not at all."""
     for name in columns:
         if name.endswith("_edge_time"):
             for first, last in pairwise([0, *breaks, len(columns[TIME.name])]):

@@ -123,31 +123,17 @@ def edges(log: RigLog, instrument: str = "encoder") -> Edges:
 
 def velocity_mid_interval(log: RigLog, instrument: str = "encoder") -> tuple[np.ndarray, np.ndarray]:
     """Times (m,) in s and speeds (m,) in rad/s at the middle of each interval between edges passed in one direction.
-
-    Raises:
-        StickslipError: no such encoder in the log.
-    """
+    StickslipError: no such encoder in the log."""
     measured = edges(log, instrument)
-    same = _joined(measured)
+    # intervals that hold no reversal
+    same = (np.diff(measured.direction) == 0) & (np.diff(measured.run) == 0) & (np.diff(measured.time) > 0)
     time, angle = measured.time, measured.angle
     return 0.5 * (time[1:] + time[:-1])[same], (np.diff(angle)[same]) / np.diff(time)[same]
 
 
-def _joined(measured: Edges) -> np.ndarray:
-    """Which intervals (m - 1,) between successive edges hold no reversal."""
-    return (
-        (measured.direction[1:] == measured.direction[:-1])
-        & (measured.run[1:] == measured.run[:-1])
-        & (np.diff(measured.time) > 0)
-    )
-
-
 def drive_speed(log: RigLog, disc: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Times (m,) in s and speeds (m,) in rad/s of a driving disc: its column of speed, else its encoder, mid-interval.
-
-    Raises:
-        StickslipError: the log holds neither.
-    """
+    StickslipError: the log holds neither."""
     name = f"drive{disc}"
     if log.has(f"{name}_speed"):
         return log.time, log.column(f"{name}_speed")

@@ -57,11 +57,8 @@ class Laser:
 
 
 def laser_displacement(log: RigLog) -> np.ndarray:
-    """Displacement (n_samples,) of the disc's border in m, gain*(laser - zero).
-
-    Raises:
-        StickslipError: no laser in the log, or no calibration for it.
-    """
+    """Displacement (n_samples,) of the disc's border in m, gain*(laser - zero). StickslipError: no laser in the log, or
+    no calibration for it."""
     calibration: LaserCalibration = log.calibration.need("laser")
     return calibration.gain * (log.column("laser") - calibration.zero)
 
@@ -98,11 +95,8 @@ def saturated(volts: np.ndarray) -> np.ndarray:
 
 def laser_angle(log: RigLog) -> np.ndarray:
     """Angle (n_samples,) in rad, arcsin(d/R), of the instants ``log.time - latency``; NaN for a reading beyond R.
-
-    Raises:
-        StickslipError: as in `laser_displacement`; R is not given; the displacement exceeds R in more than stray
-            readings.
-    """
+    StickslipError: as in `laser_displacement`; R is not given; the displacement exceeds R in more than stray
+    readings."""
     ratio = laser_displacement(log) / log.rig.value("R")
     beyond = np.flatnonzero(np.abs(ratio) > 1.0)
     if beyond.size > STRAY * len(ratio):

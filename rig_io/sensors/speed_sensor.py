@@ -47,11 +47,7 @@ SPEED_SENSORS = {
 
 
 def speed_sensor(kind: str) -> SpeedSensor:
-    """A usual one by its kind.
-
-    Raises:
-        StickslipError: no such kind.
-    """
+    """A usual one by its kind. StickslipError: no such kind."""
     if kind not in SPEED_SENSORS:
         listing = " and ".join(f"'{name}'" for name in SPEED_SENSORS)
         raise StickslipError(f"There is no velocity sensor '{kind}': {listing} are.{nearest(kind, SPEED_SENSORS)}")

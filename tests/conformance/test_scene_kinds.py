@@ -20,8 +20,8 @@ from fmu_models.scene.scene import Compute
 AXES = {"": {}, PARAMETERS: {"omega": (0.8, 0.81), "f0": (0.3, 0.32)}, STATES: {"x": (0.0, 0.1), "v": (0.0, 0.1)}}
 
 
-# of special points, borders, bodies at rest, saddles, a map over one state: they have shipped scenes, judged as such
-OWN = ("curves", "edge", "equilibria", "manifolds", "reduced_map", "shares", "shock", "tipping")
+# of special points, borders, bodies at rest, saddles, planes, maps of a state: they have shipped scenes, judged as such
+OWN = ("curves", "edge", "equilibria", "manifolds", "plane", "reduced_map", "shares", "shock", "tipping")
 
 
 def test_kinds_that_need_scenes_of_their_own_have_them() -> None:

@@ -34,8 +34,19 @@ def test_a_closed_form_is_laid_over_curves(stickslip, tmp_path):
     for formula, said in (("q*omega", "has no parameter 'q'"), ("g/2", "and not by itself"), ("1 +", "is no formula")):
         answer = stickslip(*asked[:-1], formula)
         assert answer.code != 0 and said in answer.err
-    answer = stickslip(*SUPPORT, "--closed-form", form)
-    assert answer.code != 0 and "--curve NAME=FROM:TO" in answer.err
+
+
+def test_a_resonance_curve_over_its_closed_form(stickslip, tmp_path):
+    form = "f0/sqrt((k - m*omega**2)**2 + (c*omega)**2)"
+    asked = (*SUPPORT, "--of", "max(x)", "--closed-form", form)
+    answer = stickslip(*asked, "--figure", "a.svg", "--json")
+    (told,) = (one["amounts"] for one in json.loads(answer.out)["branches"])
+    assert max(told["max(x)"]) > 5.1 and len(told["special"]) == 4
+    assert len(told["d max(x)/d omega"]) == len(told["omega"])
+    picture = (tmp_path / "a.svg").read_text("utf-8")
+    assert "max(x): closed form" in picture and "largest x (m)" in picture
+    answer = stickslip(*SUPPORT, "--of", "mix(x)")
+    assert answer.code != 0 and "Did you mean 'min'" in answer.err
 
 
 def test_a_curve_over_nothing_is_told(stickslip, tmp_path):

@@ -64,6 +64,26 @@ def test_a_known_value_that_is_missed_is_an_error(stickslip, tmp_path):
     assert code == 1 and "differs" in out
 
 
+def test_another_constant_is_a_departure_and_nothing_is_compared(stickslip, tmp_path):
+    """Against the same scene with the constant in its file; what is varied, and what there is none of, is refused."""
+    code, out, _ = stickslip("scene", "hinge_clearance_transient", "--set", "f=0.414", "--json")
+    content = json.loads(out)
+    assert code == 0 and content["scene"]["departs"] == {"f": 0.429} and content["scene"]["fixed"]["f"] == 0.414
+    assert all(one["departs"] and one["error"] is None for one in content["comparisons"])
+    text = (ROOT / "data" / "scenes" / "hinge_clearance_transient.toml").read_text()
+    (tmp_path / "own.toml").write_text(text.replace("f = 0.429", "f = 0.414").partition("[[reference]]")[0])
+    (own,) = json.loads(stickslip("scene", "own.toml", "--json")[1])["results"]
+    assert content["results"][0]["values"] == own["values"]
+    told = stickslip("scene", "hinge_clearance_transient", "--set", "f=0.414")[1]
+    assert "f = 0.414, not 0.429" in told and "not compared: departs" in told
+    code, _, said = stickslip("scene", "hinge_clearance_transient", "--set", "delt=0.1")
+    assert code == 2 and "Did you mean 'delta'?" in said
+    code, _, said = stickslip("scene", "hinge_clearance_exponents", "--set", "f=0.4")
+    assert code == 2 and "varies" in said
+    code, _, said = stickslip("scene", "disc_rig_class_a", "--set", "N0=9 m")
+    assert code == 2 and "cannot be converted to N" in said
+
+
 @pytest.mark.nightly
 def test_explain_says_what_is_left_out_and_what_that_saves(stickslip):
     code, out, _ = stickslip("scene", CLASS_A, "--explain", "--json")

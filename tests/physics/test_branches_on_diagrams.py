@@ -39,7 +39,7 @@ def test_the_picture_has_what_is_stable_and_what_is_not(doubling, tmp_path):
     axes = doubling.plot()
     lines = [one for one in axes.collections if hasattr(one, "get_segments")]
     assert len(lines) == 1 + 2 + 4
-    assert {round(width, 1) for width in lines[0].get_linewidths()} == {2.0, 0.7}
+    assert {round(width, 1) for width in lines[0].get_linewidths()} == {1.6, 0.9}
     drawn = np.concatenate(lines[0].get_segments())
     assert drawn[:, 1] == pytest.approx(1.0 - 1.0 / drawn[:, 0], abs=1e-9)
     assert np.abs(drawn[:, 0] - 3.0).min() < 1e-11  # a flip lies on the line, and what is stable ends there
@@ -95,11 +95,13 @@ def test_a_sweep_that_leaves_a_stable_branch_is_told():
     points[1, omega < 1.107] = points[0, omega < 1.107]
     (lost,) = lost_motions(section, replace(found, points=points))
     assert (lost.direction, lost.before, lost.value) == ("down", pytest.approx(1.11), pytest.approx(1.105))
+    said = replace(found, lost=(lost,)).summary()
+    assert "swept down: a stable branch that goes on is left between omega = 1.11 and 1.105" in said
 
 
 def test_flips_and_chaos_are_no_losses(doubling):
     system = Iteration.of(LOGISTIC)
-    assert lost_motions(system, doubling, longest=4) == ()
+    assert lost_motions(system, doubling, longest=4) == lost_motions(system, doubling, 4, doubling.laid) == ()
     points = doubling.points.copy()
     points[0, 2:5] = 1.0 - 1.0 / doubling.values[2:5, None, None]  # the fixed point, unstable from 3 on
     assert lost_motions(system, replace(doubling, points=points), longest=4) == ()

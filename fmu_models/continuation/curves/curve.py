@@ -126,10 +126,10 @@ class Curve(Ended):
 
 @dataclass(frozen=True, eq=False)
 class ClosedForm:
-    """The second parameter as a formula of the first, for one of the curves.
+    """What is shown over a parameter as a formula of it: the second parameter of a curve, or what a branch is drawn by.
 
     Attributes:
-        formula: of the first and of other parameters.
+        formula: of that parameter and of others.
         parameters: their values.
     """
 
@@ -137,7 +137,7 @@ class ClosedForm:
     parameters: Mapping[str, float]
 
     def at(self, over: str, values: Vector) -> Vector:
-        """(m,) of the second parameter at values (m,) of the first."""
+        """(m,) of what is shown at values (m,) of the parameter."""
         return np.broadcast_to(self.formula({**self.parameters, over: values}), np.shape(values))
 
     def error(self, curve: Curve) -> float:
@@ -182,17 +182,18 @@ def told(kind: str, node: Node, z: Vector) -> CurvePoint:
     return CurvePoint(kind, problem.values(z), node.seen.length, state, node.multipliers)
 
 
-def closed_form_of(curve: Curve, formula: Formula, parameters: Mapping[str, float]) -> ClosedForm:
-    """A formula for a curve, with values of the parameters in it that are not given as the curve has them.
+def closed_form_of(node: Node, formula: Formula, parameters: Mapping[str, float]) -> ClosedForm:
+    """A formula for what is shown of motions like one, with values of the parameters in it that are not given as that
+    has them.
 
     Raises:
         StickslipError: a name that is no parameter, or the parameter that it is to be of.
     """
-    problem, values = curve.nodes[0].problem, dict(parameters)
+    problem, values = node.problem, dict(parameters)
     for name in formula.names:
-        if name == curve.second:
-            raise StickslipError(f"'{formula.text}' is to say '{name}' by '{curve.over}', and not by itself.")
-        if name == curve.over or name in values:
+        if name == problem.second:
+            raise StickslipError(f"'{formula.text}' is to say '{name}' by '{problem.over}', and not by itself.")
+        if name == problem.over or name in values:
             continue
         refuse_unknown(name, problem.system.parameters, f"'{problem.name}' has no parameter '{name}'.")
         values[name] = problem.present(name)

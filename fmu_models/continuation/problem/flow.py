@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
 from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK, TOUCHING
+from fmu_models.sections.amounts import Direction
 from fmu_models.sections.strobe import HOW, Strobe, strobe_of
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
@@ -151,13 +152,34 @@ class FlowProblem(Problem):
             periods = self.strobe.periods({name: np.array([value]) for name, value in self.values(z).items()}, 1)
         return self.strobe.every * float(periods[0])
 
+    def span(self, z: Vector) -> tuple[float, float]:
+        """Begin and end of the run from z, s."""
+        length = self.length(z)
+        start = 0.0 if self.autonomous else self.phase * length / self.strobe.every
+        return start, start + length
+
+    def as_run(self, z: Vector) -> dict[str, Any]:
+        """Arguments of ``simulate`` for the run from z."""
+        start = dict(zip(self.states, z.tolist(), strict=False))
+        return {**self.strobe.fmu.settings({**self.strobe.values, **self.values(z)}), "start": start}
+
+    def direction(self, z: Vector, change: Vector) -> Direction:
+        """A change of z as one of the run."""
+        begin, end = self.span(z)
+        by = dict(zip(self.states, change.tolist(), strict=False)) | self.values(change)
+        if self.autonomous:
+            return Direction(by, 0.0, float(change[-2]))
+        values = self.values(z)
+        stretch = float(self.strobe.period_rates(values) @ [by[name] for name in values])
+        return Direction(by, begin * stretch, end * stretch)
+
     def see(self, z: Vector) -> Seen:
         """One run with tangents along states and parameters."""
         n = len(self.states)
         length = self.length(z)
         if not (length > 0.0 and math.isfinite(length)):
             raise StickslipError(f"A period of {length:g} s is none.")
-        start = 0.0 if self.autonomous else self.phase * length / self.strobe.every
+        start, _ = self.span(z)
         result, by, by_times, one_sided, passage = self._run(z, start, start + length)
         f0, f1 = passage.rates
         monodromy = by[:, :n]
@@ -291,7 +313,7 @@ class FlowProblem(Problem):
         if later == 0.0:
             return z
         n = len(self.states)
-        start = 0.0 if self.autonomous else self.phase * self.length(z) / self.strobe.every
+        start, _ = self.span(z)
         result, *_ = self._run(z, start, start + later)
         moved = np.append(result.values[1], z[n:])
         moved[self.cyclic] = z[self.cyclic]

@@ -49,7 +49,6 @@ class RateState(DryFriction):
         return (self.age,)
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
-        """Friction force in steady slip, N, for a slip speed without sign, m/s."""
         return self.N * (self.mu_r - self.weakening * sympy.log((speed + self.v_c) / self.v_r))
 
     def at_age(self, speed: sympy.Expr) -> sympy.Expr:

@@ -25,7 +25,6 @@ class KelvinVoigt:
     remembers: ClassVar[bool] = False
 
     def force(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
-        """Compressive force, N."""
         return self.k * depth + self.c * rate
 
     def release(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:

@@ -28,7 +28,6 @@ class LankaraniNikravesh:
     remembers: ClassVar[bool] = True
 
     def force(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
-        """Compressive force, N."""
         exponent = sympy.nsimplify(self.n) if sympy.sympify(self.n).is_Number else self.n
         return self.k * depth**exponent * self.release(depth, rate, memory)
 

@@ -60,7 +60,6 @@ class LuGre:
 
     @property
     def capacity_minus(self) -> sympy.Expr:
-        """The largest steady force in the other direction."""
         return self.steady.capacity_minus
 
     def magnitude(self, speed: sympy.Expr) -> sympy.Expr:
@@ -72,12 +71,10 @@ class LuGre:
         return self.steady.towards(speed, sign)
 
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
-        """Friction force along positive slip, N."""
         (rate,) = self.rates(slip, sign)
         return -(self.sigma0 * self.bristle + self.sigma1 * rate)
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """Rate of the deflection of the bristles, m/s."""
         speed = sign * slip
         return (slip - self.sigma0 * speed * self.bristle / self.steady.towards(speed, sign),)
 

@@ -16,6 +16,8 @@ def kind_of(analysis: Analysis) -> Kind:
         computation = scene.compute
         settings: dict[str, Any] = {**differing, **computation.settings}
         subject: Any = fmu
+        if "closed_form" in settings:  # the model of a scene has what is constant in it no more
+            settings["constants"] = scene.parameters
         section = computation.forcing or computation.period or computation.level or computation.impacts or fmu.signals
         if analysis.subject == OSCILLATOR or (analysis.subject == EITHER and not (section or scene.of_map)):
             settings["parameters"] = constants_of(scene, run)

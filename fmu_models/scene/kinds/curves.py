@@ -27,7 +27,7 @@ def _curves(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     followed = specials.curves(second, (min(seconds), max(seconds)), only=only)
     curves = followed.curves
     text = computation.settings.get("closed_form")
-    form = closed_form_of(curves[0], Formula.read(text), scene.parameters) if text else None
+    form = closed_form_of(curves[0].nodes[0], Formula.read(text), scene.parameters) if text else None
     numbers: dict[str, float] = {"curves": float(len(curves))}
     numbered = numbering()
     for curve in curves:

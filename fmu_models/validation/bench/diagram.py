@@ -42,9 +42,9 @@ def draw(comparison: MethodComparison) -> Figure:
             axis.axhspan(
                 TINIEST / 10, 3.0 * max(floor, TINIEST), color="0.92", zorder=0, label="error of the reference, times 3"
             )
-            axis.set_ylim(bottom=max(TINIEST / 3, min(_lowest(comparison.rows), floor) / 3))
-    axes[0].set_ylabel("error of the end state (in nominal values, 1)")
-    axes[1].set_ylabel("error of the end state (in nominal values, 1)")
+            axis.set_ylim(bottom=max(TINIEST, min([floor, *(row.error for row in comparison.rows)])) / 3)
+    for axis in axes[:2]:
+        axis.set_ylabel("error of the end state (in nominal values, 1)")
     axes[2].set_ylabel("largest error of an event time (s)")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
@@ -63,7 +63,3 @@ def _points(rows: Sequence[MethodRow]) -> tuple[list[tuple[float, float]], ...]:
         if row.events is not None and row.events.time is not None and row.events.missed == 0
     ]
     return time, work, events
-
-
-def _lowest(rows: Sequence[MethodRow]) -> float:
-    return max(TINIEST, min((row.error for row in rows), default=TINIEST))

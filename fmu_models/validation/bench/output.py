@@ -25,6 +25,14 @@ CAPTION = (
 )
 
 
+# head, unit, and when a narrow terminal spares it
+COLUMNS: tuple[tuple[Any, ...], ...] = (
+    *(("method",), ("tolerance",), ("error",), ("missed",), ("right-hand sides", "", 1), ("time", "s")),
+    *(("of ours", "", 2), ("event time error", "s", 4), ("extra", "", 7), ("spread", "s", 6)),
+    *(("runs", "", 8), ("memory", "kB", 5)),
+)
+
+
 def as_json(comparisons: Sequence[MethodComparison]) -> dict[str, Any]:
     """Everything, for machines; numbers that are not finite become null."""
     return {"machine": machine(), "scenes": record(comparisons)}
@@ -37,26 +45,7 @@ def machine() -> str:
 
 def comparison_table(comparison: MethodComparison) -> PrintedTable:
     """A row for each method and tolerance."""
-    columns = (
-        *(
-            "method",
-            "tolerance",
-            "error",
-            "missed",
-            PrintedColumn("right-hand sides", spare=1),
-            PrintedColumn("time", "s"),
-        ),
-        *(
-            PrintedColumn("of ours", spare=2),
-            PrintedColumn("event time error", "s", spare=4),
-            PrintedColumn("extra", spare=7),
-        ),
-        *(
-            PrintedColumn("spread", "s", spare=6),
-            PrintedColumn("runs", spare=8),
-            PrintedColumn("memory", "kB", spare=5),
-        ),
-    )
+    columns = [PrintedColumn(*column) for column in COLUMNS]
     return table(f"{comparison.title} ({comparison.stop_time:g} s)", columns, map(_cells, comparison.rows))
 
 

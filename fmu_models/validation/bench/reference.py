@@ -92,11 +92,7 @@ def code_of(method: Method) -> str:
 
 
 def reference(problem: MethodProblem, tick: Callable[[], None] = lambda: None) -> ReferenceSolution:
-    """Make the runs.
-
-    Raises:
-        StickslipError: no two codes treat the model, or they end in different motions.
-    """
+    """Make the runs. StickslipError: no two codes treat the model, or they end in different motions."""
     runs: list[tuple[Witness, MethodRun]] = []
     late = False
     candidates: tuple[tuple[Method, float, str], ...] = (

@@ -29,7 +29,6 @@ class EventRungeKutta:
 
     @property
     def name(self) -> str:
-        """With its method."""
         return f"Runge-Kutta {self.order}, Model Exchange"
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:

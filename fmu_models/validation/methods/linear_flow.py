@@ -93,7 +93,6 @@ class _LinearStepper:
         self._last: Any = 0
 
     def advance(self, mode: Mode, t: Number, z: State, stop: Number) -> tuple[Number, State, int | None]:
-        """Until an event or the end."""
         if mode not in self._modes:
             self._modes[mode] = _Linear(self.run, mode)
         flow = self._modes[mode]

@@ -55,11 +55,9 @@ class Moreau:
 
     @property
     def name(self) -> str:
-        """With its theta."""
         return f"Moreau time-stepping, theta {self.theta:g}"
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
-        """Refuse what it cannot treat."""
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
             if contact.poisson:
@@ -87,6 +85,8 @@ class _Stepping:
             [*(c.slip for c in equations.contacts), *system.W, *system.G, *(c.restitution for c in equations.contacts)]
         )
         self._mu = equations.function([c.friction for c in equations.contacts])
+        slopes = [sympy.diff(sympy.sympify(c.slip), v) for c in equations.contacts for v in system.driven]
+        self._slopes = equations.function(slopes)
         self._fields: dict[Mode, Callable[[float, Any], list[float]]] = {}
         self._limits: dict[Mode, Callable[[float, Any], list[float]]] = {}
 
@@ -183,10 +183,6 @@ class _Stepping:
 
     def _gradient(self, t: float, z: Vector, active: list[int], size: int) -> Vector:
         """dy/dz of the velocities for the active contacts; slips are affine in them."""
-        if not hasattr(self, "_slopes"):
-            slips = [sympy.sympify(c.slip) for c in self.equations.contacts]
-            driven = self.equations.system.driven
-            self._slopes = self.equations.function([sympy.diff(y, v) for y in slips for v in driven])
         slopes = np.array(self._slopes(t, z.tolist())).reshape(-1, self.n_v)
         gradient = np.zeros((len(active), size))
         gradient[:, self.n_q : self.n_q + self.n_v] = slopes[active]

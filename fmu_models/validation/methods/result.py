@@ -125,11 +125,7 @@ class Method(Protocol):
 
 
 def needs_steady_inputs(problem: MethodProblem, method: str) -> None:
-    """Refuse a drive that varies, and signals.
-
-    Raises:
-        NotTreated: it does.
-    """
+    """Refuse a drive that varies, and signals. NotTreated: it does."""
     if not problem.steady or problem.system.signals:
         raise NotTreated(f"{method}: a drive or signal of {problem.name} varies with time. Use event-driven Taylor.")
 

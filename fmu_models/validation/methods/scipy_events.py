@@ -42,7 +42,6 @@ class ScipyEvents:
 
     @property
     def name(self) -> str:
-        """scipy and its solver."""
         return f"scipy {self.solver} with events"
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
@@ -101,7 +100,6 @@ class _ScipyStepper:
         return counted
 
     def advance(self, mode: Mode, t: Number, z: State, stop: Number) -> tuple[Number, State, int | None]:
-        """Until an event or the end."""
         if t >= stop:
             return t, z, None
         field, events = self._functions(mode)

@@ -6,6 +6,7 @@ from typing import Any
 from scipy.optimize import brentq
 
 from fmu_models.base.arrays import Vector
+from fmu_models.language.contact_dynamics import ContactDynamics
 from fmu_models.validation.methods.equations import Equations, Mode
 from fmu_models.validation.methods.result import CLOSED, MINUS, OPEN, PLUS, RELEASED, STICK, SwitchEvent
 
@@ -21,19 +22,14 @@ class Sides:
         depths = [0 if c.depth is None else c.depth for c in self.contacts]
         signs = equations.signs((STICK,) * len(self.contacts))
         releases = [0 if c.release is None else equations.place(c.release, signs) for c in self.contacts]
-        n = len(self.contacts)
-        values = equations.function([*(c.slip for c in self.contacts), *depths, *releases])
-        self._read: Callable[[float, Any], tuple[Any, Any, Any]] = lambda t, z: (
-            (evaluated := values(t, z))[:n],
-            evaluated[n : 2 * n],
-            evaluated[2 * n :],
-        )
+        self._values = equations.function([*(c.slip for c in self.contacts), *depths, *releases])
         self.switches: list[SwitchEvent] = []
         self.states: list[int] = []
 
     def read(self, t: float, z: Vector | list[float]) -> tuple[list[float], list[float], list[float]]:
         """Slips, depths and release functions of all contacts, each a list (n_contacts,)."""
-        return self._read(t, z)
+        values, n = self._values(t, z), len(self.contacts)
+        return values[:n], values[n : 2 * n], values[2 * n :]
 
     def begin(self, t: float, z: Vector) -> None:
         """States at the start, without stick."""
@@ -45,7 +41,7 @@ class Sides:
                 inside = d > 0.0 or (d == 0.0 and y > 0.0)
                 self.states.append((CLOSED if c.release is None or r >= 0.0 else RELEASED) if inside else OPEN)
             else:
-                self.states.append(OPEN if c.depth is not None and d < 0.0 else MINUS if y < 0.0 else PLUS)
+                self.states.append(_side(c, y, d))
 
     def step(self, t0: float, t1: float, between: Callable[[float], Any], mode: Mode | None = None) -> None:
         """Take in a step from t0 to t1; ``mode`` has the stick that the method saw at its end, at t1."""
@@ -55,14 +51,10 @@ class Sides:
             if contact.kind.normal:
                 self._stop(i, d, r, t0, t1, between)
                 continue
-            new = OPEN if contact.depth is not None and d < 0.0 else MINUS if y < 0.0 else PLUS
-            if mode is not None and mode[i] in (STICK, OPEN):
-                new = mode[i]
-            if new == old:
-                continue
-            slot = 0 if OPEN not in (new, old) else 1
-            stuck = STICK in (new, old)
-            self._change(i, new, t1 if stuck else self._root(slot, i, t0, t1, between))
+            new = mode[i] if mode is not None and mode[i] in (STICK, OPEN) else _side(contact, y, d)
+            if new != old:
+                slot = 0 if OPEN not in (new, old) else 1
+                self._change(i, new, t1 if STICK in (new, old) else self._root(slot, i, t0, t1, between))
 
     def _stop(self, i: int, d: float, r: float, t0: float, t1: float, between: Callable[[float], Any]) -> None:
         old, pushing = self.states[i], self.contacts[i].release is None or r >= 0.0
@@ -82,7 +74,7 @@ class Sides:
         self.states[i] = new
 
     def _root(self, kind: int, i: int, t0: float, t1: float, between: Callable[[float], Any]) -> float:
-        """Zero of slip, depth or release (``what`` 0, 1, 2) between two times; the later one if the signs are alike."""
+        """Zero of slip, depth or release (``kind`` 0, 1, 2) between two times; the later one if the signs are alike."""
 
         def value(t: float) -> float:
             return self.read(t, between(t))[kind][i]
@@ -91,3 +83,7 @@ class Sides:
             return t1
         root: Any = brentq(value, t0, t1, xtol=1e-15 * max(abs(t1), t1 - t0))
         return float(root)
+
+
+def _side(contact: ContactDynamics, slip: float, depth: float) -> int:
+    return OPEN if contact.depth is not None and depth < 0.0 else MINUS if slip < 0.0 else PLUS

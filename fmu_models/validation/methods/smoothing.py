@@ -45,7 +45,6 @@ class Smoothing:
 
     @property
     def name(self) -> str:
-        """With shape, width and solver."""
         return f"{self.shape} {self.width:g}, {self.solver}"
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:

@@ -58,11 +58,9 @@ class SwitchModel:
 
     @property
     def name(self) -> str:
-        """With its band."""
         return f"{'frozen' if self.frozen else 'switch model'}, eta {self.eta:g}"
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
-        """Refuse what it cannot treat."""
         needs_steady_inputs(problem, self.name)
         for contact in problem.system.contacts:
             if contact.kind.rigid:

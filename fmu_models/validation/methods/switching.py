@@ -100,9 +100,6 @@ class Run:
         self._modules = modules
         self._kept: dict[Hashable, Callable[[Any, Any], list[Any]]] = {}
         self._watches: dict[Mode, list[Watch]] = {}
-        self._refuse_friction()
-
-    def _refuse_friction(self) -> None:
         for contact in self.contacts:
             if contact.kind.led:
                 raise NotTreated(f"'{contact.name}': impacts with friction are beyond this event loop. {BETTER}")
@@ -216,11 +213,12 @@ class Run:
             next_mode, z = self._collide(mode, i, t, z)
         else:
             if fell.what == "touch" and contact.remembers:
-                z = self._remember(i, t, z)
-            released = CLOSED if contact.release is None else RELEASED
+                moved = list(z)
+                moved[self.equations.n + self.equations.memories.index(i)] = self._slips(t, z)[i]
+                z = _like(z, moved)
             after[i] = {
                 "touch": CLOSED,
-                "release": RELEASED if released == RELEASED else OPEN,
+                "release": OPEN if contact.release is None else RELEASED,
                 "leave": OPEN,
                 "lift": OPEN,
                 "exit": OPEN,
@@ -232,13 +230,11 @@ class Run:
         for j, contact in enumerate(self.contacts):
             if contact.reset_sides & 4 and (mode[j] == STICK) != (next_mode[j] == STICK):
                 z = self._jump(j, t, z)
-        self._note(t, mode, next_mode, i if fell.what == "collide" and next_mode[i] == OPEN else None)
-        return next_mode, z
-
-    def _note(self, t: Number, before: Mode, after: Mode, bounced: int | None) -> None:
-        for j, (old, new) in enumerate(zip(before, after, strict=True)):
+        bounced = i if fell.what == "collide" and next_mode[i] == OPEN else None
+        for j, (old, new) in enumerate(zip(mode, next_mode, strict=True)):
             if old != new or j == bounced:
                 self.switches.append(SwitchEvent(float(t), self.contacts[j].name, old, new))
+        return next_mode, z
 
     def _settle(self, mode: Mode, t: Number, z: State, forced: dict[int, int]) -> tuple[Mode, State]:
         """States of all contacts without slip that are consistent with each other; slips set to zero."""
@@ -287,16 +283,20 @@ class Run:
 
     def _project(self, j: int, t: Number, z: State) -> State:
         """The state with the slip of one contact set to zero."""
-        n, system = len(self.equations.system.coordinates), self.equations.system
+        system = self.equations.system
 
         def expressions() -> list[Any]:
             return [system.contacts[j].slip, system.G[j, j], *(system.W[i, j] for i in range(system.W.rows))]
 
         y, G, *W = self.values(("project", j), expressions, t, z)
-        moved = list(z)
+        return self._pushed(z, W, y / G)
+
+    def _pushed(self, z: State, W: list[Any], impulse: Any) -> State:
+        """The state after an impulse against a contact, which changes the velocities by the rows of W."""
+        n, moved = len(self.equations.system.coordinates), list(z)
         for i, w in enumerate(W):
-            moved[n + i] -= w * y / G
-        return type(z)(moved) if isinstance(z, list) else _like(z, moved)
+            moved[n + i] -= w * impulse
+        return _like(z, moved)
 
     def _collide(self, mode: Mode, i: int, t: Number, z: State) -> tuple[Mode, State]:
         contact, system = self.contacts[i], self.equations.system
@@ -310,12 +310,8 @@ class Run:
 
         y, G, e, *W = self.values(("collide", i), expressions, t, z)
         self._fastest[i] = max(self._fastest[i], abs(float(y)))
-        n = len(system.coordinates)
-        moved = list(z)
         rests = abs(e * y) <= REST * self._fastest[i]
-        for k, w in enumerate(W):
-            moved[n + k] -= (1 + (0 if rests else e)) * w * y / G
-        z = _like(z, moved)
+        z = self._pushed(z, W, (1 if rests else 1 + e) * y / G)
         if rests:
             closed = (*mode[:i], CLOSED, *mode[i + 1 :])
             if self._forces(closed, t, z)[i] > 0:
@@ -327,12 +323,6 @@ class Run:
         states = self.equations.system.states
         new = self.values(("reset", i), lambda: [reset.get(s, s) for s in states], t, z)
         return _like(z, [*new, *list(z)[len(states) :]])
-
-    def _remember(self, i: int, t: Number, z: State) -> State:
-        memory = self.equations.n + self.equations.memories.index(i)
-        moved = list(z)
-        moved[memory] = self._slips(t, z)[i]
-        return _like(z, moved)
 
 
 def _like(z: State, values: list[Any]) -> State:

@@ -106,12 +106,10 @@ def _of_role(
     name: str, role: ParameterRole, equations: StressEquations, duration: float, *, first: bool
 ) -> Iterator[Case]:
     default = equations.parameters.get(role.name, equations.inputs.get(role.name, 0.0))
-    values = {value: "" for value in _VALUES.get(role.does, ())}
-    for factor in _MULTIPLES.get(role.does, ()):
-        values[factor * (default or 1.0)] = ""
+    multiples = [factor * (default or 1.0) for factor in _MULTIPLES.get(role.does, ())]
     quick = _QUICK.get(role.does)
     quick = quick * (default or 1.0) if quick is not None and role.does in _MULTIPLES else quick
-    for value in values:
+    for value in dict.fromkeys((*_VALUES.get(role.does, ()), *multiples)):
         changed = {role.name: value}
         yield Case(
             name,

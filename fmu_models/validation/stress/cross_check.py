@@ -30,7 +30,7 @@ from fmu_models.language.contact_kinds import AWAY, CHATTERING, CLOSED, STICK
 from fmu_models.simulation.trajectory import Events, Trajectory
 from fmu_models.validation.stress.cases import Case
 from fmu_models.validation.stress.equations import Columns, StressEquations
-from fmu_models.validation.stress.judge import ACCURATE, StressCell, StressSubject, against_declaration, timed_cell
+from fmu_models.validation.stress.judge import ACCURATE, StressCell, StressSubject, against_declaration
 from fmu_models.validation.stress.trial import AllowanceSpentError, Trial
 
 METHOD = "dop853"
@@ -66,17 +66,16 @@ class SecondPath:
 def cross_check(case: Case, second: SecondPath) -> StressCell:
     """Run a case on both paths and judge the engine's. Never raises what they say."""
     fmu = second.subject.fmu
-    cell = timed_cell(case)
     trial = Trial(fmu, case, case.duration)
     try:
         base = trial.run()
     except AllowanceSpentError:
-        return cell("refused", None, "", "it takes more steps than a case may")
+        return StressCell(case, "refused", None, "", "it takes more steps than a case may")
     except StickslipError as error:
-        return cell("refused", None, "", str(error).removeprefix(f"{fmu.description.modelName}: "))
+        return StressCell(case, "refused", None, "", str(error).removeprefix(f"{fmu.description.modelName}: "))
     if len(base.events) > MOST_EVENTS:
         reason = f"it has {len(base.events)} events, and every one is late on the second path"
-        return cell("refused", None, "second path", reason, 0.0)
+        return StressCell(case, "refused", None, "second path", reason, 0.0)
     worst, check, count = against_declaration(trial, base, second.subject)
     message = worst.what
     reached = 1.0
@@ -86,7 +85,7 @@ def cross_check(case: Case, second: SecondPath) -> StressCell:
     except StickslipError as refusal:
         if worst.error <= ACCURATE:
             reason = str(refusal).removeprefix(f"{fmu.description.modelName}: ")
-            return cell("refused", worst.error, "second path", f"the importer: {reason}", 0.0, count)
+            return StressCell(case, "refused", worst.error, "second path", f"the importer: {reason}", 0.0, count)
         error, reason = 0.0, ""
     if error > max(worst.error, ACCURATE):
         worst_error, check, message = error, "second path", reason
@@ -94,8 +93,8 @@ def cross_check(case: Case, second: SecondPath) -> StressCell:
         worst_error = max(worst.error, error)
     # what either path may be off by is taken off already
     if worst_error <= ACCURATE:
-        return cell("accurate", worst_error, check, "", reached, count)
-    return cell("failed", worst_error, check, message, reached, count)
+        return StressCell(case, "accurate", worst_error, check, "", reached, count)
+    return StressCell(case, "failed", worst_error, check, message, reached, count)
 
 
 def _distance(trial: Trial, base: Trajectory, second: SecondPath) -> tuple[float, str, float]:

@@ -67,7 +67,9 @@ class StressEquations:
             *system.states,
             *(s for c in system.contacts for s in _symbols(c)),
         ]
-        self._rates = [self._compiled(_terms(a)) for a in self._sides(model)]
+        # forces of a mechanism, rates of an automaton, without those of contacts
+        sides = generalised_forces(model) if isinstance(model, Mechanism) else system.acceleration
+        self._rates = [self._compiled(_terms(side)) for side in sides]
         self._mass = self._compiled(mass_matrix(model).flat()) if isinstance(model, Mechanism) else None
         self._W = None if self._mass else self._compiled(system.W.flat())
         energy = sum((o.expression for o in system.outputs if o.name == "energy"), sympy.S.Zero)
@@ -75,10 +77,6 @@ class StressEquations:
         self._slopes = [self._compiled([sympy.diff(c.slip, state) for state in system.driven]) for c in system.contacts]
         self._G = None if self._mass else self._compiled([system.G[i, i] for i in range(len(system.contacts))])
         self._contacts = [self._compile_contact(c) for c in system.contacts]
-
-    def _sides(self, model: Model) -> list[sympy.Expr]:
-        """Forces of a mechanism, rates of an automaton, without those of contacts."""
-        return generalised_forces(model) if isinstance(model, Mechanism) else list(self.system.acceleration)
 
     def _compiled(self, expressions: list[Any]) -> Callable[..., list[Any]]:
         return sympy.lambdify(self._symbols, expressions, modules="numpy", cse=True)
@@ -122,13 +120,11 @@ class StressEquations:
 
     def laws(self, c: int, values: list[Any]) -> tuple[Any, Any, Any]:
         """Force of contact ``c`` while it slips or touches, coefficients of friction and of restitution."""
-        force, friction, restitution = self._contacts[c]["force"](*values)
-        return force, friction, restitution
+        return tuple(self._contacts[c]["force"](*values))
 
     def capacities(self, c: int, values: list[Any]) -> tuple[Any, Any]:
         """Largest lambda and largest -lambda of contact ``c`` in stick."""
-        plus, minus = self._contacts[c]["capacities"](*values)
-        return plus, minus
+        return tuple(self._contacts[c]["capacities"](*values))
 
     def forces(self, columns: Columns, values: list[Any]) -> list[Any]:
         """lambda of every contact: what the run reports; of a switch what its sign says, nan while it slides."""

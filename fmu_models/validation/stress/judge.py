@@ -17,10 +17,9 @@ a difference then counts as the change of start that explains it, up to where th
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,18 +72,6 @@ class StressCell:
     seconds: float = 0.0
 
 
-def timed_cell(case: Case) -> Callable[..., StressCell]:
-    """Makes the cell of a case from verdict, error, check, message, reached and checks; seconds count from now."""
-    started = time.perf_counter()
-
-    def cell(
-        verdict: str, error: float | None, check: str, message: str, reached: float = 1.0, checks: int = 0
-    ) -> StressCell:
-        return StressCell(case, verdict, error, check, message, reached, checks, time.perf_counter() - started)
-
-    return cell
-
-
 @dataclass(frozen=True, eq=False)
 class StressSubject:
     """What is judged: an FMU, and the equations and promises of the declaration that it should be."""
@@ -102,7 +89,6 @@ class StressSubject:
 def judge(case: Case, subject: StressSubject) -> StressCell:
     """Run a case as often as its checks need, and judge it. Never raises what the engine says."""
     fmu = subject.fmu
-    cell = timed_cell(case)
     trial = Trial(fmu, case, case.duration)
     try:
         while True:
@@ -116,12 +102,12 @@ def judge(case: Case, subject: StressSubject) -> StressCell:
                     raise StickslipError("its steps are so short that no part of it worth judging is reached") from None
                 trial = Trial(fmu, case, shorter)
     except StickslipError as error:
-        return cell("refused", None, "", str(error).removeprefix(f"{fmu.description.modelName}: "))
+        return StressCell(case, "refused", None, "", str(error).removeprefix(f"{fmu.description.modelName}: "))
     reached = trial.duration / case.duration
     worst, check, count, notes = _worst(_checks(trial, base, subject))
     verdict = "accurate" if worst.error <= ACCURATE else "degraded" if worst.error <= FAILED else "failed"
     message = worst.what if verdict != "accurate" else "; ".join(notes)
-    return cell(verdict, worst.error, check, message, reached, count)
+    return StressCell(case, verdict, worst.error, check, message, reached, count)
 
 
 def against_declaration(trial: Trial, base: Trajectory, subject: StressSubject) -> tuple[StressFindings, str, int]:
@@ -252,28 +238,27 @@ class _Sensitivity:
 
     def __init__(self, trial: Trial, base: Trajectory) -> None:
         self.trial, self.base = trial, base
-        self.noise: NDArray[np.float64] | None = None
 
-    def _measured(self) -> NDArray[np.float64]:
-        if self.noise is None:
-            self.noise = np.zeros(self.base.time.size)
-            for sign in (1.0, -1.0):
-                start = {
-                    name: float(self.base[name][0]) + sign * NUDGE * float(np.abs(self.base[name]).max())
-                    for name in self.trial.fmu.states
-                }
-                try:
-                    moved = self.trial.run(start=start)
-                except (StickslipError, AllowanceSpentError):
-                    continue
-                self.noise = np.maximum(self.noise, _difference(self.base, moved))
-        return self.noise
+    @cached_property
+    def noise(self) -> NDArray[np.float64]:
+        noise = np.zeros(self.base.time.size)
+        for sign in (1.0, -1.0):
+            start = {
+                name: float(self.base[name][0]) + sign * NUDGE * float(np.abs(self.base[name]).max())
+                for name in self.trial.fmu.states
+            }
+            try:
+                moved = self.trial.run(start=start)
+            except (StickslipError, AllowanceSpentError):
+                continue
+            noise = np.maximum(noise, _difference(self.base, moved))
+        return noise
 
     def judge(self, differences: NDArray[np.float64]) -> StressFindings | None:
         """What the differences prove; None if the motion is too sensitive for them to prove anything."""
         if _largest(differences) <= ACCURATE:
             return StressFindings(_largest(differences), "differs from itself")
-        noise = self._measured()
+        noise = self.noise
         beyond = np.flatnonzero(noise > HORIZON)
         until = int(beyond[0]) if beyond.size else noise.size
         if until < 5:

@@ -8,7 +8,9 @@ answer in time, is a failed cell of that case, and another child takes its place
 import fnmatch
 import operator
 import os
+import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 from fmu_models import oscillators
 from fmu_models.base.child_process import IsolatedFailure, Limits
@@ -51,17 +53,14 @@ def judged(
     for done, (number, outcome) in enumerate(outcomes, 1):
         progress(done / len(cases))
         if isinstance(outcome, IsolatedFailure):
-            yield _failed(cases[number], outcome, pool.limits.time)
+            reason = f"the process died (exit code {outcome.code})"
+            if outcome.cause == "time":
+                reason = f"no answer within {pool.limits.time:g} s"
+            yield StressCell(cases[number], "failed", None, "process", reason, seconds=outcome.seconds)
         elif isinstance(outcome, Exception):
             raise outcome
         else:
             yield outcome
-
-
-def _failed(case: Case, failure: IsolatedFailure, patience: float | None) -> StressCell:
-    late = failure.cause == "time"
-    reason = f"no answer within {patience:g} s" if late else f"the process died (exit code {failure.code})"
-    return StressCell(case, "failed", None, "process", reason, seconds=failure.seconds)
 
 
 class _Judge:
@@ -77,7 +76,9 @@ class _Judge:
             if self.second is None or case.model != self.name:
                 self.second = SecondPath(StressSubject.of(oscillators.load(case.model), Fmu.open(built(case.model))))
                 self.name = case.model
-            return cross_check(case, self.second) if case.of == RANDOM else judge(case, self.second.subject)
+            started = time.perf_counter()
+            cell = cross_check(case, self.second) if case.of == RANDOM else judge(case, self.second.subject)
+            return replace(cell, seconds=time.perf_counter() - started)
         except Exception as error:  # a fault of the judge is a failed cell, not the end of the grid
             return StressCell(case, "failed", None, "program", f"{type(error).__name__}: {error}")
 
@@ -101,11 +102,7 @@ def listed_cases(models: list[str], pattern: str | None, until: float | None, qu
 
 
 def drawn_cases(models: list[str], count: int, seed: int, until: float | None) -> list[Case]:
-    """So many cases, as equal numbers of each model as there can be.
-
-    Raises:
-        StickslipError: an unknown model.
-    """
+    """So many cases, as equal numbers of each model as there can be. StickslipError: an unknown model."""
     names = list(dict.fromkeys(models)) or oscillators.names()
     share, remainder = divmod(count, len(names))
     return [case for i, name in enumerate(names) for case in drawn(name, share + (i < remainder), seed, until)]

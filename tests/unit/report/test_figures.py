@@ -96,6 +96,14 @@ def test_no_text_is_cut_off_and_no_labels_touch(name):
                 assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
 
 
+def test_text_of_files_is_text(tmp_path):
+    """In the PDF glyphs of a font that readers know (type 42), with the table by which they are letters again."""
+    svg = save_figure(narrow(), tmp_path / "one.svg").read_text()
+    assert re.search(r"<text[^>]*>x \(m\)</text>", svg)
+    pdf = save_figure(narrow(), tmp_path / "one.pdf").read_bytes()
+    assert b"/CIDFontType2" in pdf and b"/ToUnicode" in pdf and b"/Type3" not in pdf
+
+
 def test_labels_that_touch_are_fewer():
     figure = narrow()
     figure.draw_without_rendering()

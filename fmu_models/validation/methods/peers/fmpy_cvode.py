@@ -25,7 +25,6 @@ class FmpyCvode:
     tolerances: tuple[float, ...] = (1e-6, 1e-8)
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
-        """Open the FMU."""
         from fmpy import simulate_fmu
 
         needs_steady_inputs(problem, self.name)

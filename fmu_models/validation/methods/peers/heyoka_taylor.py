@@ -45,7 +45,6 @@ class HeyokaTaylor:
 
     @property
     def name(self) -> str:
-        """The peer."""
         return "heyoka.py" + (", long double" if self.extended else "")
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
@@ -129,15 +128,14 @@ class _HeyokaStepper:
         return made_one
 
     def advance(self, mode: Mode, t: Number, z: State, stop: Number) -> tuple[Number, State, int | None]:
-        """Until an event or the end."""
         if t >= stop:
             return t, z, None
         integrator = self._integrator(mode, len(z))
         integrator.time = t
         integrator.state[:] = z
-        if self.run.watches(mode):
-            integrator.reset_cooldowns()
         watched = self.run.watches(mode)
+        if watched:
+            integrator.reset_cooldowns()
         while True:
             budget = max(1, self.most - self.steps) if self.most else 0
             outcome, _, _, steps, _, _ = integrator.propagate_until(stop, max_steps=budget)
@@ -156,6 +154,6 @@ class _HeyokaStepper:
             integrator.reset_cooldowns()
         if outcome == self.heyoka.taylor_outcome.time_limit:
             return stop, integrator.state.copy(), None
-        if code < 0 and -code - 1 < len(self.run.watches(mode)):
-            return integrator.time, integrator.state.copy(), -code - 1
+        if code < 0 and fell < len(watched):
+            return integrator.time, integrator.state.copy(), fell
         raise NotTreated(f"heyoka.py stopped at {float(integrator.time):g} s: {outcome}.")

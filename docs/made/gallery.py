@@ -91,6 +91,7 @@ PAPERS = (
             "planar_multiple_crossing_smooth",
             "forced_stick_slip",
             "woodpecker",
+            "piecewise_linear",
         ),
         "Figures 7, 11 and 14 are drawings. Figures 15 and 18 are on the page of [return maps](../return_maps.md).",
     ),

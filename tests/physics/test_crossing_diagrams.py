@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
 
-from fmu_models import MAPS, Iteration, Map, Parameter, ReturnMap, Section, State, crossing_diagram, load
+from fmu_models import MAPS, Iteration, Map, Parameter, ReturnMap, Section, State, crossing_diagram, load, read_scene
 from fmu_models.base.errors import StickslipError
+from fmu_models.scene.kinds.kind import section_of
 
+DATA = Path(__file__).parents[2] / "data"
 a, x = Parameter("a", 0.5, "1", "slope on the left"), State("x", "1", "state", start=0.0)
 r = Parameter("r", 0.1, "1", "shift")
 # x' = r + a x, and r - sqrt(x) beyond 0: fixed points r/(1 - a) and the square of (sqrt(1 + 4 r) - 1)/2
@@ -84,6 +87,22 @@ def test_what_is_no_map_of_one_number_is_refused():
         crossing_diagram(Iteration.of(MAPS.load("henon")), "a", (0.0, 1.0))
     with pytest.raises(StickslipError, match="ascending"):
         crossing_diagram(Iteration.of(MAPS.load("logistic")), "r", (3.0, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("changed", "error"),
+    [
+        ("level = { w_S = 0 }", "a return map needs 'level'"),
+        ('returns = "phi_S"', "a return map needs 'level'"),
+        ("lower_friction", "has no contact 'sideways'"),
+    ],
+)
+def test_a_scene_that_says_half_of_a_return_map_is_refused(tmp_path, changed, error):
+    text, path = (DATA / "scenes" / "woodpecker_figure_16.toml").read_text("utf-8"), tmp_path / "half.toml"
+    path.write_text(text.replace(changed, "sideways" if changed == "lower_friction" else ""), "utf-8")
+    with pytest.raises(StickslipError, match=error):
+        scene = read_scene(path)
+        section_of(scene, load("woodpecker"), scene.free, {})
 
 
 def test_points_a_b_and_c_of_the_toy_by_bisection():

@@ -149,21 +149,27 @@ class Tracer:
 
     def _root(self, way: Callable[[float], Vector], low: float, high: float, length: float) -> tuple[float, int]:
         """The number between two at which the height changes its sign, and what is there; length: of a unit of it."""
-        at = math.nan
-        for fine in sorted({self.fine, FINE}, reverse=True):
+
+        def above(t: float) -> float:
+            return max(self._at(way(t)), -1e9)
+
+        def found(fine: float, low: float, high: float) -> tuple[float, float]:
             tolerance = max(fine / length, 4.0 * np.finfo(float).eps * max(abs(low), abs(high)))
-            at = float(brentq(lambda t: max(self._at(way(t)), -1e9), low, high, xtol=tolerance, rtol=1e-15))  # type: ignore
-            low, high = at - 2.0 * tolerance, at + 2.0 * tolerance
-            sides = [self._at(way(at + k * tolerance)) for k in (-2.0, -1.0, 1.0, 2.0)]
-            if -math.inf in sides:
-                return at, NOWHERE
-            if (sides[0] > 0.0) == (sides[3] > 0.0):
-                return at, SPECK if fine == self.fine else ZERO
-            gap, inner = abs(sides[3] - sides[0]), abs(sides[2] - sides[1])
-            # what is only steep is half as far apart at half the distance
-            if gap > self.noise + STEEPEST * 4.0 * tolerance * length and inner > 0.75 * gap:
+            return float(brentq(above, low, high, xtol=tolerance, rtol=1e-15)), tolerance  # type: ignore[arg-type]
+
+        at, tolerance = found(self.fine, low, high)
+        low, high = at - 2.0 * tolerance, at + 2.0 * tolerance
+        sides = [self._at(way(low)), self._at(way(high))]
+        if -math.inf in sides:
+            return at, NOWHERE
+        if (sides[0] > 0.0) == (sides[1] > 0.0):
+            return at, SPECK
+        gap = abs(sides[1] - sides[0])
+        if gap > self.noise + STEEPEST * 4.0 * tolerance * length:
+            inner = abs(self._at(way(at + tolerance)) - self._at(way(at - tolerance)))
+            if inner > 0.75 * gap:  # what is only steep is half as far apart at half the distance
                 return at, JUMP
-        return at, ZERO
+        return found(FINE, low, high)[0] if self.fine > FINE else at, ZERO
 
     def _whole(self, place: Vector, direction: float) -> Border | None:
         """Both ways from a place."""

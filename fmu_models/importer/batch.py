@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import request
@@ -25,7 +25,7 @@ class Batch:
         fmu: Fmu,
         names: tuple[str, ...],
         begun: Mapping[str, float],
-        times: NDArray[np.float64],
+        times: Vector,
         recorded: tuple[str, ...],
         states: int,
         prepared: Any,
@@ -38,9 +38,7 @@ class Batch:
         self._low, self._high = _bounds(fmu, names)
         self._row, self._columns = np.array([*begun.values()]), [[*begun].index(name) for name in names]
 
-    def runs(
-        self, rows: NDArray[np.float64], progress: Callable[[float], None] | None = None
-    ) -> tuple[NDArray[np.float64], dict[int, str]]:
+    def runs(self, rows: Vector) -> tuple[Vector, dict[int, str]]:
         """(runs, n, k) of what is recorded in a run for each of ``rows`` (runs, names), and why runs ended early.
 
         Raises:
@@ -63,8 +61,6 @@ class Batch:
             if status != RUN.DONE:
                 states[i, c.next_time :], values[i, c.next_time :] = np.nan, np.nan
                 failures[i] = self._reason(status, c)
-            if progress and i % 100 == 99:
-                progress((i + 1) / len(rows))
         return np.concatenate([states, values], axis=2), failures
 
 
@@ -78,7 +74,7 @@ def begun(fmu: Fmu, names: tuple[str, ...]) -> dict[str, float]:
     return _checked(fmu, dict(zip(names, np.clip(0.0, *_bounds(fmu, names)).tolist(), strict=True)))
 
 
-def _bounds(fmu: Fmu, names: tuple[str, ...]) -> NDArray[np.float64]:
+def _bounds(fmu: Fmu, names: tuple[str, ...]) -> Vector:
     """(2, names) between which values of variables that there are pass."""
     owners = [fmu.variables.get(owner(name, fmu.variables)) for name in names]
     return np.reshape([(0.0, 0.0) if variable is None else bounds_of(variable) for variable in owners], (-1, 2)).T

@@ -19,6 +19,8 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of, indicators_of
 
+TOLERANCE = 1e-14  # of the engine, which makes no step here
+
 
 @dataclass(frozen=True, eq=False)
 class FieldRates:
@@ -64,14 +66,13 @@ class VectorField:
     Args:
         fmu: that was opened.
         constants: parameters and inputs that are not at their default.
-        tolerance: of the engine.
 
     Raises:
         StickslipError: as ``engine_of``.
     """
 
-    def __init__(self, fmu: Fmu, constants: Mapping[str, float], tolerance: float = 1e-14) -> None:
-        self.fmu, self.tolerance = fmu, tolerance
+    def __init__(self, fmu: Fmu, constants: Mapping[str, float]) -> None:
+        self.fmu = fmu
         self._constants = {self._reference(name): float(value) for name, value in constants.items()}
         self._engine = engine_of(fmu)
         self._instance = self._engine.take()
@@ -124,4 +125,4 @@ class VectorField:
             raise StickslipError(
                 f"'{self.fmu.description.modelName}' has no rates at {states}: a number is not finite."
             )
-        self._instance.restart({**self._constants, **values, **start_values}, time, self.tolerance)
+        self._instance.restart({**self._constants, **values, **start_values}, time, TOLERANCE)

@@ -40,10 +40,7 @@ class Batch:
 
     def runs(self, rows: Vector) -> tuple[Vector, dict[int, str]]:
         """(runs, n, k) of what is recorded in a run for each of ``rows`` (runs, names), and why runs ended early.
-
-        Raises:
-            StickslipError: a value out of range.
-        """
+        StickslipError: a value out of range."""
         if not ((rows >= self._low) & (rows <= self._high)).all():
             for values in (rows.min(axis=0), rows.max(axis=0)):  # the one that is out of range is refused
                 _checked(self._fmu, dict(zip(self.names, values.tolist(), strict=True)))
@@ -66,11 +63,7 @@ class Batch:
 
 def begun(fmu: Fmu, names: tuple[str, ...]) -> dict[str, float]:
     """Values that a run over ``names`` is given, in the order in which they are set: of each name one in its bounds,
-    and those of the other elements of arrays, which FMI sets whole.
-
-    Raises:
-        StickslipError: as `request.start_values`.
-    """
+    and those of the other elements of arrays, which FMI sets whole. StickslipError: as `request.start_values`."""
     return _checked(fmu, dict(zip(names, np.clip(0.0, *_bounds(fmu, names)).tolist(), strict=True)))
 
 

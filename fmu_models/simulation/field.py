@@ -49,11 +49,7 @@ class HasRates(Protocol):
 
 def is_forced(field: HasRates, point: Vector) -> bool:
     """Whether a periodic signal drives the model, or rates or events at a point (n,) depend on time, looked at when no
-    harmonic is the same by chance.
-
-    Raises:
-        StickslipError: the engine refuses the point.
-    """
+    harmonic is the same by chance. StickslipError: the engine refuses the point."""
     if field.fmu.signals:
         return True
     first, *others = (field.at(point, time=time) for time in (0.0, 0.7310585786, 2.391046))
@@ -90,11 +86,8 @@ class VectorField:
     def at(
         self, states: Sequence[float] | Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0
     ) -> FieldRates:
-        """The rates at states (n,), with other values of parameters or inputs.
-
-        Raises:
-            StickslipError: the engine refuses the point.
-        """
+        """The rates at states (n,), with other values of parameters or inputs. StickslipError: the engine refuses the
+        point."""
         self._start(states, parameters, time)
         request = whole_run.Request(np.array([time]), self._read)
         row = whole_run.run(self._engine, self._instance, request).values[0]
@@ -109,10 +102,7 @@ class VectorField:
         time: float = 0.0,
     ) -> Vector:
         """(n, n + len(by)) derivatives of the rates by the states and by parameters or inputs, contact states held.
-
-        Raises:
-            StickslipError: the engine refuses the point, or a rate has no derivative there.
-        """
+        StickslipError: the engine refuses the point, or a rate has no derivative there."""
         self._start(states, parameters, time)
         seeds = [*self._states, *(self._reference(name) for name in by)]
         of = np.array(self._rates, dtype=np.uint32)

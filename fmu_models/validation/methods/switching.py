@@ -119,11 +119,8 @@ class Run:
         return self._kept[key](t, z)
 
     def to(self, stepper: SwitchStepper, z: State, stop: Number) -> State:
-        """The state at ``stop``; ``switches`` holds what happened.
-
-        Raises:
-            NotTreated: an event that this loop leaves to the engine.
-        """
+        """The state at ``stop``; ``switches`` holds what happened. NotTreated: an event that this loop leaves to the
+        engine."""
         self.switches = []
         t: Any = stop * 0
         self._fastest = [0.0] * len(self.contacts)

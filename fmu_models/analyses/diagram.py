@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fmu_models.analyses.aperiodic import largest_exponents, sign_of
 from fmu_models.analyses.attractors import claimed
+from fmu_models.analyses.branch import special_values
 from fmu_models.analyses.declaration import SHOWN, VALUES, Analysis, Option
 from fmu_models.analyses.unforced import at_maxima
 from fmu_models.base.arrays import Integers, Vector
@@ -228,7 +229,8 @@ def orbit_diagram(
         ends = (swept[0], swept[-1])
         result = replace(result, branches=branches_through(system, over, _motions(result), ends, branches, of))
     if against_branches:
-        result = replace(result, lost=lost_motions(system, result, against_branches))
+        known = result.laid if branches >= against_branches else ()
+        result = replace(result, lost=lost_motions(system, result, against_branches, known))
     return result
 
 
@@ -313,7 +315,7 @@ def _numbers(diagram: Diagram) -> list[tuple[float, dict[str, float]]]:
     rows = []
     lost = [motion.direction for motion in diagram.lost or ()]
     for i, value in enumerate(diagram.values.tolist()):
-        values: dict[str, float] = {}
+        values = special_values(diagram.branches.special) if diagram.branches and i == 0 else {}
         for d, direction in enumerate(diagram.directions):
             points = diagram.shown[d, i]
             if diagram.lost is not None and i == 0:
@@ -331,7 +333,8 @@ ANALYSIS = Analysis(
     numbers=_numbers,
     results=(
         "a row per value: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`; with `against_branches` the "
-        "first row has `lost_up` and `lost_down`: how often a sweep left a stable branch that goes on"
+        "first row has `lost_up` and `lost_down`: how often a sweep left a stable branch that goes on; with "
+        "`branches` it has what is special on them, as of `branch`: `fold_1`"
     ),
     example="discontinuous_support --forcing omega --set ks=300 --over omega=0.8:1:400 --figure d.png",
     label="sweeping",

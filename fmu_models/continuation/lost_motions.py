@@ -7,7 +7,7 @@ A branch that ends, folds or loses its stability between two values is left righ
 than what one value does to it counts as lost: the values are too far apart there.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol
@@ -63,12 +63,15 @@ class LostMotion(Shown):
     state: float
 
 
-def lost_motions(system: SectionSystem, diagram: Swept, longest: int = 1) -> tuple[LostMotion, ...]:
+def lost_motions(
+    system: SectionSystem, diagram: Swept, longest: int = 1, known: Sequence[Branch] = ()
+) -> tuple[LostMotion, ...]:
     """Where the sweeps of a diagram left a stable branch, in their order.
 
     Args:
         system: that of the diagram; something forces it, or it is a map.
         longest: period of a motion whose branch is followed, in periods of the forcing or steps of a map.
+        known: branches through its motions, if they have been followed.
 
     Raises:
         StickslipError: nothing forces the system, or no branch goes through the diagram.
@@ -83,7 +86,7 @@ def lost_motions(system: SectionSystem, diagram: Swept, longest: int = 1) -> tup
     }
     between = (float(diagram.values[0]), float(diagram.values[-1]))
     motions = _motions(system, diagram, points)
-    branches = branches_through(strobe, diagram.over, motions, between, longest, None).branches
+    branches = known or branches_through(strobe, diagram.over, motions, between, longest, None).branches
     lost: list[LostMotion] = []
     for d, direction in enumerate(diagram.directions):
         order = list(range(len(diagram.values)))[:: 1 if direction == "up" else -1]

@@ -68,10 +68,13 @@ def follow_motions(
         elif period > 1:  # cycles of a map are met where they leave those of one point
             continue
         try:
-            followed.append(branch(section, over, between, start=point.tolist(), points=POINTS))
+            found = branch(section, over, between, start=point.tolist(), points=POINTS)
         except StickslipError as error:
             why = str(error)
             continue
+        if any(member.passes(found) for member in followed if member.every == found.every):
+            continue  # its points lie too far apart to tell that the motion is on it
+        followed.append(found)
         interrupted = spread(followed, longest * every, POINTS)
     return interrupted, why
 

@@ -1,6 +1,7 @@
 """A trajectory at one glance: every coordinate as a phase portrait and over time, or what is asked for.
 
-Stretches of stick and of contact are shaded; where several contacts have them, a strip below says which. What was
+Stretches of stick and of contact are shaded; where several contacts have them, a strip below says which. The state of
+a contact is drawn in its words, with a dot where an event begins each. What was
 measured of a variable is drawn as dots, over time, and in portraits of which both variables were measured.
 """
 
@@ -115,7 +116,7 @@ def trajectory_figure(
         if panel is strip:
             _draw_strip(axes, trajectory, spells, contacts)
         elif panel.x is None:
-            _draw_series(axes, panel, trajectory, spells, measured)
+            _draw_series(axes, panel, trajectory, spells, measured, fmus.get(""))
         else:
             _draw_portrait(axes, panel, trajectory, spells, measured)
         if panel.x is None:
@@ -207,26 +208,50 @@ def _spells(trajectory: Trajectory, fmus: Mapping[str, Fmu]) -> Spells:
 
 
 def _draw_series(
-    axes: Axes, panel: Panel, trajectory: Trajectory, spells: Spells, measured: Sequence[MeasuredVariable]
+    axes: Axes,
+    panel: Panel,
+    trajectory: Trajectory,
+    spells: Spells,
+    measured: Sequence[MeasuredVariable],
+    fmu: Fmu | None,
 ) -> None:
     first = panel.y[0]
     for i, name in enumerate(panel.y):
-        is_state = trajectory[name].dtype.kind in "iu"  # the state of a contact
-        style: Any = "steps-post" if is_state else "default"
         color = f"C{i}" if len(panel.y) > 1 else "black"
-        axes.plot(trajectory.time, trajectory[name], color=color, linewidth=0.9, drawstyle=style, label=name)
-        if is_state:
-            axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+        if trajectory[name].dtype.kind not in "iu":
+            axes.plot(trajectory.time, trajectory[name], color=color, linewidth=0.9, label=name)
         for series in measured:
             if series.variable == name:
                 dots = {**DOTS, "label": f"{name}, measured"}
                 axes.plot(series.time, series.value, **dots, rasterized=series.time.size > MANY)
+    _draw_states(axes, panel, trajectory, fmu)
     for kind, contacts in spells.items():
         for start, end in _intervals(trajectory.time, np.any(list(contacts.values()), axis=0)):
             axes.axvspan(start, end, color=SHADES[kind], linewidth=0, zorder=0)
     if len(panel.y) > 1:
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.3)
     axes.set_ylabel(_unit(trajectory, first) if len(panel.y) > 1 else _label(trajectory, first))
+
+
+def _draw_states(axes: Axes, panel: Panel, trajectory: Trajectory, fmu: Fmu | None) -> None:
+    """Integers in steps; of a model, in which state its contacts are from event to event, each in its word."""
+    words: dict[int, str] = {}
+    for i, name in enumerate(panel.y):
+        if trajectory[name].dtype.kind not in "iu":
+            continue
+        color, contact = f"C{i}" if len(panel.y) > 1 else "black", name.removesuffix("_state")
+        times, states = trajectory.time, trajectory[name]
+        if fmu is not None and fmu.ours and contact in fmu.contacts:
+            words |= BY_TYPE_NAME[str(getattr(fmu.variables[name].declaredType, "name", ""))].state_words
+            events = [event for event in trajectory.events if event.contact == contact]
+            times = np.array([times[0], *(event.time for event in events), times[-1]])
+            states = np.array([events[0].before if events else states[0], *(event.after for event in events)])
+            states = np.append(states, states[-1])
+            axes.plot(times[1:-1], states[1:-1], "o", color=color, markersize=3)
+        axes.plot(times, states, color=color, linewidth=0.9, drawstyle="steps-post", label=name)
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    if words:
+        axes.set_yticks(list(words), list(words.values()))
 
 
 def _draw_portrait(

@@ -290,7 +290,13 @@ def _(result: TippingRates, axes: Axes) -> None:
 
 @tell.register(Diagram)
 def _(diagram: Diagram) -> str:
-    return repr(diagram) if diagram.branches is None else f"{diagram!r}\n{tell(diagram.branches)}"
+    lines = [repr(diagram), *([tell(diagram.branches)] if diagram.branches else ())]
+    lines += [
+        f"swept {lost.direction}: a stable branch that goes on is left between {diagram.over} = {lost.before:.9g} and "
+        f"{lost.value:.9g}, {diagram.of} = {lost.state:.6g}"
+        for lost in diagram.lost or ()
+    ]
+    return "\n".join(lines)
 
 
 REPEATED = (BasinShares, EdgeState, LeastShock, TippingRates, ReducedMap, Basins, Chart, Spectrum, Exponents)

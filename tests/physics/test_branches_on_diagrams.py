@@ -95,11 +95,13 @@ def test_a_sweep_that_leaves_a_stable_branch_is_told():
     points[1, omega < 1.107] = points[0, omega < 1.107]
     (lost,) = lost_motions(section, replace(found, points=points))
     assert (lost.direction, lost.before, lost.value) == ("down", pytest.approx(1.11), pytest.approx(1.105))
+    said = replace(found, lost=(lost,)).summary()
+    assert "swept down: a stable branch that goes on is left between omega = 1.11 and 1.105" in said
 
 
 def test_flips_and_chaos_are_no_losses(doubling):
     system = Iteration.of(LOGISTIC)
-    assert lost_motions(system, doubling, longest=4) == ()
+    assert lost_motions(system, doubling, longest=4) == lost_motions(system, doubling, 4, doubling.laid) == ()
     points = doubling.points.copy()
     points[0, 2:5] = 1.0 - 1.0 / doubling.values[2:5, None, None]  # the fixed point, unstable from 3 on
     assert lost_motions(system, replace(doubling, points=points), longest=4) == ()

@@ -1,6 +1,7 @@
 """The run itself: states and outputs at its end, and their extremes.
 
-Results: `<state>` and `<output>` at the end, `<name>_min`, `<name>_max`, `events`, `last_event` (when).
+Results: `<state>` and `<output>` at the end, `<name>_min`, `<name>_max`, `events`; when the first ones are, `event_1`
+and so on, and `last_event`.
 """
 
 from typing import Any
@@ -11,6 +12,8 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.run import simulate
+
+FIRST = 12  # events whose times are told
 
 
 def run_row(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
@@ -23,6 +26,7 @@ def run_row(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     values["events"] = float(len(trajectory.events))
     if trajectory.events:
         values["last_event"] = trajectory.events[-1].time
+    values |= {f"event_{k}": event.time for k, event in enumerate(trajectory.events[:FIRST], 1)}
     return Row(None, values, trajectory)
 
 

@@ -60,6 +60,17 @@ def test_touching_a_stop_is_shaded():
     assert (run["support_state"] == 3).any() and marks(figure) == ["start", "contact"]
 
 
+def test_states_of_a_contact_are_words_and_go_from_event_to_event():
+    """Away, in contact, let go: the subspaces of the support and where their surfaces are met."""
+    figure, run = drawn("discontinuous_support", 6.0, ("support_state", "x"))
+    axes = figure.axes[0]
+    dots, line = axes.lines
+    np.testing.assert_array_equal(dots.get_xydata(), [(event.time, event.after) for event in run.events])
+    assert np.asarray(line.get_ydata()).tolist() == [2, 3, 4, 2, 2] and line.get_drawstyle() == "steps-post"
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["away", "touching", "released"]
+    assert [name for _, name in labels(figure)] == ["support_state", "x (m)"]
+
+
 def test_two_states_without_a_coordinate_are_a_plane_and_one_alone_is_a_series():
     assert labels(drawn("planar_hopf", 3.0)[0])[0] == ("x1", "x2")
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from identification.calibration.problem import SegmentProblem
 from identification.calibration.untold import meeting
-from identification.inference.problem import Evaluation, FitProblem, Unknown
+from identification.inference.problem import Evaluation, Wrapped
 from identification.inference.uncertainty import inverse_information
 
 CHANCE = 2.71  # of -2 ln L: so much is gained by chance in one of twenty constant parameters
@@ -30,7 +30,7 @@ ROUNDS = 3  # over several parameters
 
 
 @dataclass(frozen=True, eq=False)
-class DriftProblem(FitProblem):
+class DriftProblem(Wrapped):
     """problem: each segment a log of its own; walks: (parameters, segments) places of the values among its unknowns;
     spans: (segments - 1,) s between the begins of segments; rates: (parameters,) per root of a second."""
 
@@ -40,16 +40,8 @@ class DriftProblem(FitProblem):
     rates: np.ndarray
 
     @property
-    def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # those of the problem
-        return self.problem.unknowns
-
-    @property
-    def noise_known(self) -> bool:  # type: ignore[override]  # noise is part of what is weighed
-        return True
-
-    def start(self) -> np.ndarray:
-        """That of the problem."""
-        return self.problem.start()
+    def noise_known(self) -> bool:
+        return True  # noise is part of what is weighed
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Rows of the segments, then of the walks."""
@@ -71,10 +63,6 @@ class DriftProblem(FitProblem):
         rows[number, self.walks[:, :-1].ravel()] = -1 / roots
         rows[number, self.walks[:, 1:].ravel()] = 1 / roots
         return rows
-
-    def resampled(self, clusters: np.ndarray) -> FitProblem:
-        """As in `SegmentProblem`."""
-        return self.problem.resampled(clusters)
 
     def directions(self, x: np.ndarray) -> np.ndarray:
         """(m, k) in which segments still meet: the values of the parameters first, then start states."""

@@ -32,7 +32,6 @@ class SegmentProblem(Segmented, FitProblem):
     latest: list[tuple[tuple[object, ...], Readings]] = field(default_factory=list, repr=False)
 
     def start(self) -> np.ndarray:
-        """As given."""
         return self.first
 
     def residual(self, x: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
-from identification.inference.problem import Evaluation, FitProblem, Prior, Unknown
+from identification.inference.problem import Evaluation, FitProblem, Prior, Unknown, Wrapped
 
 REACH = 3.5  # powers of e about the first value within which a parameter is sought
 BOX = 0.7  # powers of e, or rad, about the first value from which the first guesses are drawn
@@ -133,20 +133,15 @@ def _free(
 
 
 @dataclass(frozen=True, eq=False)
-class Scaled(FitProblem):
+class Scaled(Wrapped):
     """A problem whose unknowns are sought by their logarithms where ``signs`` (m,) are not 0. Priors are taken to first
     order: the search needs no more."""
 
-    problem: FitProblem
     signs: np.ndarray
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # those of the problem, scaled
         return tuple(_scaled(one, sign) for one, sign in zip(self.problem.unknowns, self.signs, strict=True))
-
-    @property
-    def noise_known(self) -> bool:  # type: ignore[override]  # that of the problem
-        return self.problem.noise_known
 
     def scaled(self, x: np.ndarray) -> np.ndarray:
         """The unknowns (m,) as they are sought."""
@@ -157,22 +152,15 @@ class Scaled(FitProblem):
         return np.where(self.signs != 0, self.signs * np.exp(np.where(self.signs != 0, x, 0.0)), x)
 
     def start(self) -> np.ndarray:
-        """That of the problem."""
         return self.scaled(self.problem.start())
 
     def residual(self, x: np.ndarray) -> np.ndarray:
-        """As the problem."""
         return self.problem.residual(self.natural(x))
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
-        """As the problem."""
         natural = self.natural(x)
         evaluation = self.problem.evaluate(natural)
         return replace(evaluation, gradient=evaluation.gradient * np.where(self.signs != 0, natural, 1.0))
-
-    def resampled(self, clusters: np.ndarray) -> Scaled:
-        """As in `Problem`."""
-        return replace(self, problem=self.problem.resampled(clusters))
 
 
 def signs_of(problem: FitProblem) -> np.ndarray:

@@ -9,20 +9,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.signal import Signal
 from identification.disturbances.term import DisturbanceTerm
 from identification.laws.joint_law import JointLaw, laws_of
 from identification.laws.law import FittableLaw
 from identification.measurement.motion import WANDERS
 from identification.measurement.pooled import SPEED, rig_values
-
-if TYPE_CHECKING:
-    from fmu_models.fmu.fmu import Fmu
-    from fmu_models.simulation.sensitivity import SensitiveRun
 
 STARTS = ("theta", "omega")
 WAVES = 12  # half waves in a segment that stand for what is left of a drift

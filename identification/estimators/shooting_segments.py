@@ -17,12 +17,12 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
+from fmu_models.simulation.sensitivity import Sensitivity
 from fmu_models.simulation.signal import Signal
 from identification.disturbances.oscillator import DURATION, LOAD, MIDDLE, MIDDLE_ANGLE, SIDE, TURNED
 from identification.disturbances.term import ANGLE, LASER, DisturbanceTerm, Whereabouts, misread
@@ -35,9 +35,6 @@ from identification.inference.problem import Evaluation, Prior, Solution, Unknow
 from identification.laws.joint_law import JointLaw, laws_of, touching
 from identification.laws.law import FittableLaw
 from identification.measurement.pooled import Pool, RigValues, rig_values, speed_name
-
-if TYPE_CHECKING:
-    from fmu_models.simulation.sensitivity import Sensitivity
 
 LOCAL_STEP = 1e-2  # of a standard deviation: a last step of the start states, whose second order is below 1e-8
 LOCAL_STEPS = 12

@@ -6,21 +6,18 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
+from fmu_models.fmu.fmu import Fmu
+from fmu_models.scene.scene import Scene
+from fmu_models.simulation.trajectory import Event, Trajectory
 from identification.fit.result import FrictionFit
 from identification.laws import bristled, find_law
 from identification.measurement.pooled import RigValues, rig_values
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
-
-if TYPE_CHECKING:
-    from fmu_models.fmu.fmu import Fmu
-    from fmu_models.scene.scene import Scene
-    from fmu_models.simulation.trajectory import Event, Trajectory
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
 AT_REST = 1e-12  # rad, up to which the angle of rest is found

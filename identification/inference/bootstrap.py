@@ -19,7 +19,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.processes import in_processes
 from identification.inference.defaults import DRAWS, SEED
-from identification.inference.problem import Evaluation, FitProblem, Solution, Unknown, solve
+from identification.inference.problem import Evaluation, FitProblem, Solution, Unknown, Wrapped, solve
 from identification.inference.profile import Interval
 
 LEAST = 20  # draws below which there is no standard deviation
@@ -139,27 +139,26 @@ class _Work:
         rng = np.random.default_rng([self.seed, number])
         chosen = np.concatenate([rng.choice(labels, len(labels)) for labels in self.strata])
         try:
-            solution = solve(_KnownElsewise(self.problem.resampled(chosen), rng), self.start, tolerance=SEARCH)
+            drawn = self.problem.resampled(chosen)
+            drawn = _KnownElsewise(drawn, tuple(_moved(unknown, rng) for unknown in drawn.unknowns))
+            solution = solve(drawn, self.start, tolerance=SEARCH)
         except StickslipError:
             return None
         return solution.values if solution.converged and np.all(np.isfinite(solution.values)) else None
 
 
-class _KnownElsewise(FitProblem):
-    """A problem whose priors have other values, drawn from them."""
+@dataclass(frozen=True, eq=False)
+class _KnownElsewise(Wrapped):
+    """A problem whose priors have other values, drawn from them: those of the ``moved`` unknowns."""
 
-    def __init__(self, problem: FitProblem, rng: np.random.Generator) -> None:
-        self.problem, self.noise_known = problem, problem.noise_known
-        self.unknowns = tuple(_moved(unknown, rng) for unknown in problem.unknowns)
+    moved: tuple[Unknown, ...]
 
-    def start(self) -> np.ndarray:
-        return self.problem.start()
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        return self.moved
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
         return self.problem.evaluate(x)
-
-    def resampled(self, clusters: np.ndarray) -> FitProblem:
-        return self.problem.resampled(clusters)
 
 
 def _moved(unknown: Unknown, rng: np.random.Generator) -> Unknown:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.inference.problem import Evaluation, FitProblem, Unknown
+from identification.inference.problem import Evaluation, FitProblem, Wrapped
 
 HIGHEST = 20  # order, or a tenth of the residuals
 
@@ -68,22 +68,14 @@ def autoregression(residual: np.ndarray, fitted: np.ndarray | None = None) -> Au
 
 
 @dataclass(frozen=True, eq=False)
-class Whitened(FitProblem):
+class Whitened(Wrapped):
     """A problem whose rows are filtered log by log. filters: by the number of the log; the rows of others stay."""
 
-    problem: FitProblem
     filters: Mapping[int, Autoregression]
 
     @property
-    def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # those of the problem
-        return self.problem.unknowns
-
-    @property
-    def noise_known(self) -> bool:  # type: ignore[override]  # the filters do not know it
-        return False
-
-    def start(self) -> np.ndarray:
-        return self.problem.start()
+    def noise_known(self) -> bool:
+        return False  # the filters do not know it
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
         """Innovations and their slopes."""
@@ -93,9 +85,6 @@ class Whitened(FitProblem):
             rows = evaluation.log == number
             residual[rows], gradient[rows] = filter_.filtered(residual[rows]), filter_.filtered(gradient[rows])
         return replace(evaluation, residual=residual, gradient=gradient)
-
-    def resampled(self, clusters: np.ndarray) -> Whitened:
-        return replace(self, problem=self.problem.resampled(clusters))
 
 
 def whitened(problem: FitProblem, evaluation: Evaluation, logs: int, fitted: np.ndarray | None = None) -> Whitened:

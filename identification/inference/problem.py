@@ -16,6 +16,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
@@ -145,20 +146,36 @@ class Solution:
 
 
 @dataclass(frozen=True, eq=False)
-class Held(FitProblem):
-    """The problem that is left when some unknowns are held. values: (m,) of all; free: (m,) which are left."""
+class Wrapped(FitProblem):
+    """A problem as another one sees it: what that does not say itself is as in ``problem``."""
 
     problem: FitProblem
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # those of the problem
+        return self.problem.unknowns
+
+    @property
+    def noise_known(self) -> bool:  # type: ignore[override]  # that of the problem
+        return self.problem.noise_known
+
+    def start(self) -> np.ndarray:
+        return self.problem.start()
+
+    def resampled(self, clusters: np.ndarray) -> Self:
+        return replace(self, problem=self.problem.resampled(clusters))
+
+
+@dataclass(frozen=True, eq=False)
+class Held(Wrapped):
+    """The problem that is left when some unknowns are held. values: (m,) of all; free: (m,) which are left."""
+
     values: np.ndarray
     free: np.ndarray
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # those left
         return tuple(unknown for unknown, free in zip(self.problem.unknowns, self.free, strict=True) if free)
-
-    @property
-    def noise_known(self) -> bool:  # type: ignore[override]  # that of the problem
-        return self.problem.noise_known
 
     @property
     def beforehand(self) -> np.ndarray:
@@ -179,9 +196,6 @@ class Held(FitProblem):
         """Residuals of the problem, with the gradient by the unknowns left."""
         evaluation = self.problem.evaluate(self.full(x))
         return replace(evaluation, gradient=evaluation.gradient[:, self.free])
-
-    def resampled(self, clusters: np.ndarray) -> Held:
-        return replace(self, problem=self.problem.resampled(clusters))
 
 
 def searched(problem: FitProblem, solution: Solution) -> tuple[FitProblem, Solution, np.ndarray]:

@@ -200,12 +200,11 @@ def _on_runs(result: Identified, joints: Sequence[JointScore]) -> list[str]:
 def _gravity(result: Identified) -> list[str]:
     """Whether the declared gravity is met in size and sign, joint by joint, where the declaration has values for it."""
     regressor = result.regressor
-    zeros = np.zeros((1, len(regressor.joints)))
     remarks = []
     rng = np.random.default_rng(0)
     for number, joint in enumerate(regressor.joints):
         q = rng.uniform(-np.pi, np.pi, (50, len(regressor.joints)))
-        standing = regressor(q, np.zeros_like(q) + zeros, np.zeros_like(q))[:, number]
+        standing = regressor(q, np.zeros_like(q), np.zeros_like(q))[:, number]
         declared = standing @ regressor.declared
         estimated = standing @ result.base.whole(result.best.values)
         if np.linalg.norm(declared) < 1e-9 * max(np.linalg.norm(estimated), 1e-12):

@@ -10,23 +10,18 @@ the three fastest logs with stick, is carried on to zero. How long a disc sticks
 a threshold: `identification.model_check.portraits.Stick`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.record import Recorded
+from fmu_models.simulation.trajectory import Event
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, fmu_parameters
 from identification.model_check.portraits import Stick
-
-if TYPE_CHECKING:
-    from fmu_models.simulation.trajectory import Event
 
 STEPS = 24  # of a sweep over the speeds of a family
 BISECTIONS = 40

@@ -54,15 +54,12 @@ class CalibrationFindings(Findings):
         }
 
     def title(self) -> str:
-        """That of the model."""
         return self.calibration.title
 
     def about(self) -> str:
-        """How many values, and how."""
         return f"{len(self.calibration.parameters)} values, calibrated by a {self.calibration.method}"
 
     def citations(self) -> list[str]:
-        """The program, and where the methods are from."""
         return calibration_citations()
 
     def summary(self) -> list[str]:

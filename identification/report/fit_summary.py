@@ -28,8 +28,7 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
     shown += [tables.constants_table(fit)]
     if fit.posterior is not None:
         shown.append(tables.posterior_table(fit.posterior, {q.name: fit.interval(q.name) for q in fit.parameters}))
-    shown += [tables.sensors_table(fit)] if "laser_gain_correction" in fit.sensors else []
-    shown += [tables.velocity_table(fit)] if "velocity_gain" in fit.sensors else []
+    shown += tables.sensor_tables(fit)
     said = [f"Disturbance {cause.sentence}" for cause in fit.causes]
     said += [fit.words_of_law]
     said += [fit.free.words(fitted_law(fit, fit.contacts[0]))] if fit.free else []

@@ -34,15 +34,12 @@ class MachineFindings(Findings):
         return {"fit": self.fit.to_dict(), "runs": runs, "notes": list(self.notes)}
 
     def title(self) -> str:
-        """That of the machine."""
         return self.fit.title
 
     def about(self) -> str:
-        """How many values, by which method."""
         return f"{len(self.fit.parameters)} base parameters by {self.fit.method}"
 
     def citations(self) -> list[str]:
-        """The program, and where the methods are from."""
         return machine_citations(self.fit)
 
     def summary(self) -> list[str]:

@@ -55,16 +55,13 @@ class RigFindings(Findings):
         }
 
     def title(self) -> str:
-        """Where friction is."""
         fit, where = self.fit, " and ".join(self.fit.contacts)
         return f"Friction of {where}" + (f" ({', '.join(fit.materials)})" if fit.materials else "")
 
     def about(self) -> str:
-        """Law and estimator."""
         return f"{self.fit.law} law, estimator {self.fit.estimator}"
 
     def citations(self) -> list[str]:
-        """The program, the rig, and where the methods are from."""
         return citations(self.fit)
 
     def summary(self) -> list[str]:
@@ -117,7 +114,6 @@ class RigFindings(Findings):
         return [table, paragraph(meaning, "about"), *warned("Warnings", fit.warnings)]
 
     def sections(self) -> list[PageSection]:
-        """In the order of the page."""
         fit = self.fit
         sections = _friction_sections(self)
         sections += [_family_section(place, family) for place, family in enumerate(self.families)]
@@ -193,6 +189,4 @@ def _tables(findings: RigFindings) -> list[PrintedTable]:
     white = tables.whiteness_table(fit)
     found += [white] if white is not None else []
     found += [tables.decay_table(findings.decay)] if findings.decay is not None else []
-    found += [tables.sensors_table(fit)] if "laser_gain_correction" in fit.sensors else []
-    found += [tables.velocity_table(fit)] if "velocity_gain" in fit.sensors else []
-    return [*found, tables.logs_table(fit, findings.logs)]
+    return [*found, *tables.sensor_tables(fit), tables.logs_table(fit, findings.logs)]

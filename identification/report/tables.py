@@ -1,23 +1,19 @@
 """The tables of a fit and of what belongs to it, for a terminal and for a page alike."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fmu_models.base.table import Cell, PrintedColumn, PrintedTable, interval, known_to, measured, number, sd, table
+from identification.fit.parts import Constant, FittedParameter
+from identification.fit.result import FrictionFit
+from identification.inference.posterior import Posterior
+from identification.measurement.free_decay import FreeDecay
+from identification.next_step.design import Design
+from rig_io.logs.log import RigLog
 from rig_io.packages.sidecar import file_hash
-
-if TYPE_CHECKING:
-    from identification.fit.parts import Constant, FittedParameter
-    from identification.fit.result import FrictionFit
-    from identification.inference.posterior import Posterior
-    from identification.measurement.free_decay import FreeDecay
-    from identification.next_step.design import Design
-    from rig_io.logs.log import RigLog
 
 SHOWN = 12  # experiments
 
@@ -175,24 +171,19 @@ def logs_table(fit: FrictionFit, logs: Sequence[RigLog]) -> PrintedTable:
     return table("Logs", columns, rows)
 
 
-def sensors_table(fit: FrictionFit) -> PrintedTable:
-    """Corrections of the laser by the encoder."""
-    s = fit.sensors
-    rows = [
-        ["gain", measured(100 * s["laser_gain_correction"], 100 * s["laser_gain_correction_sd"]), "%"],
-        ["delay", measured(1e3 * s["laser_delay"], 1e3 * s["laser_delay_sd"]), "ms"],
-    ]
-    return table("Laser against encoder", ("correction", "value ± sd", "unit"), rows)
-
-
-def velocity_table(fit: FrictionFit) -> PrintedTable:
-    """A velocity sensor against the angle."""
-    s = fit.sensors
-    rows = [
-        ["gain", measured(s["velocity_gain"], s["velocity_gain_deviation"]), "1"],
-        ["delay", measured(1e3 * s["velocity_delay"], 1e3 * s["velocity_delay_deviation"]), "ms"],
-    ]
-    return table("Velocity sensor against the angle", ("of the sensor", "value ± sd", "unit"), rows)
+def sensor_tables(fit: FrictionFit) -> list[PrintedTable]:
+    """Corrections of the laser by the encoder, and a velocity sensor against the angle, as far as they were found."""
+    laser = ("laser_gain_correction", "laser_delay", "_sd", 100, "%")
+    velocity = ("velocity_gain", "velocity_delay", "_deviation", 1, "1")
+    s, tables = fit.sensors, []
+    for title, head, (gain, delay, known, size, unit) in (
+        ("Laser against encoder", "correction", laser),
+        ("Velocity sensor against the angle", "of the sensor", velocity),
+    ):
+        if gain in s:
+            gained, late = (measured(by * s[name], by * s[name + known]) for name, by in ((gain, size), (delay, 1e3)))
+            tables.append(table(title, (head, "value ± sd", "unit"), [["gain", gained, unit], ["delay", late, "ms"]]))
+    return tables
 
 
 def decay_table(decay: FreeDecay) -> PrintedTable:

@@ -1,12 +1,10 @@
 """What the bench does: constants, discs, drives, sensors, disturbances of one recording."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
+from fmu_models.scene.scene import Scene
 from rig_io.bench.disturbances import Disturbances
 from rig_io.bench.drive import Ripple, held_duration
 from rig_io.bench.materials import CONTI, MATERIALS, Material
@@ -17,9 +15,6 @@ from rig_io.sensors.encoder import Encoder
 from rig_io.sensors.laser import Laser
 from rig_io.sensors.load_cell import LoadCell
 from rig_io.sensors.speed_sensor import SpeedSensor
-
-if TYPE_CHECKING:
-    from fmu_models.scene.scene import Scene
 
 TRUTH_RATE = 5000.0  # Hz, at which the motion is sampled before the instruments see it
 LONGEST = 1000.0  # s of transient and log; 5 million samples of the truth

@@ -70,6 +70,11 @@ if TYPE_CHECKING:
     from identification.report.findings import findings as findings
     from identification.report.live import live_frame as live_frame
     from identification.report.page import write_report as write_report
+    from identification.series.analyse import SeriesInvariants as SeriesInvariants
+    from identification.series.analyse import series_invariants as series_invariants
+    from identification.series.invariants import level_crossings as level_crossings
+    from identification.series.read import Series as Series
+    from identification.series.read import read_series as read_series
     from identification.slips.statistics import slip_statistics as slip_statistics
 else:
     __getattr__, __dir__ = exports(__name__)

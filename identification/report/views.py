@@ -26,6 +26,8 @@ from identification.report.hysteresis_report import draw_hysteresis, hysteresis_
 from identification.report.live import live_frame
 from identification.report.machine_figures import draw_effort
 from identification.report.machine_tables import machine_report
+from identification.report.series_report import draw_divergence, series_report
+from identification.series.analyse import SeriesInvariants
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,6 +42,7 @@ DRAWN = {
     Calibration: draw_calibration,
     Course: draw_course,
     HysteresisFit: draw_hysteresis,
+    SeriesInvariants: draw_divergence,
 }
 REPORTS = {
     FrictionFit: fit_summary,
@@ -47,6 +50,7 @@ REPORTS = {
     Calibration: calibration_report,
     Course: course_report,
     HysteresisFit: hysteresis_report,
+    SeriesInvariants: series_report,
 }
 
 for kind, drawing in DRAWN.items():

@@ -43,7 +43,7 @@ FLOORS = (
     ("identification.disturbances",),
     ("identification.calibration", "identification.estimators", "identification.machines", "identification.slips"),
     ("identification.hysteresis",),
-    ("identification.free_friction",),
+    ("identification.free_friction", "identification.series"),
     ("identification.fit",),
     ("identification.fitted_model",),
     ("identification.model_check", "identification.next_step", "identification.transfer"),

@@ -329,7 +329,8 @@ class _Iterate:
             if kinds == {JUMP}:
                 yield self._special("corner of jumps", border.places[k], "")
                 continue
-            images = self._images(*self.plane(border.places[k]).tolist(), self.n)
+            p, x = self.plane(border.places[k]).tolist()
+            images = self._images(p, x, self.n)
             if kinds != {ZERO} or self._period(images) == self.n:
                 yield self._special("border collision", border.places[k], form)
 

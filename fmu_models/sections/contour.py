@@ -98,8 +98,7 @@ class _Way:
         """Put a corner where the lines on both its sides meet, two places after it."""
         k = len(self.places) - 3
         if k >= 2 and k in self.corners:
-            before, after = self.places[k - 2 : k], self.places[k + 1 :]
-            self.places[k] = _crossing(*before, *after, self.places[k])
+            self.places[k] = _crossing(self.places[k - 2 : k], self.places[k + 1 :], self.places[k])
 
 
 class Tracer:
@@ -271,8 +270,9 @@ class Tracer:
                 yield at[0], (angles[k] if inside[k + 1] else angles[k] + math.pi)
 
 
-def _crossing(a: Vector, b: Vector, c: Vector, d: Vector, otherwise: Vector) -> Vector:
-    """Where the lines a-b and c-d meet; another place where that is far away."""
+def _crossing(before: list[Vector], after: list[Vector], otherwise: Vector) -> Vector:
+    """Where the lines through two places each meet; another place where that is far away."""
+    (a, b), (c, d) = before, after
     matrix = np.stack([b - a, c - d], axis=1)
     try:
         at = a + np.linalg.solve(matrix, c - a)[0] * (b - a)

@@ -69,8 +69,11 @@ class ReturnMap(SectionSystem):
         check_names(fmu, "state", {state: None}, fmu.states)
         self.fmu, self.state, self.section, self.cap = fmu, state, section, cap
         self._start = {} if start is None else start
-        self._accept = accept if callable(accept) else dict(accept or {})
-        if not callable(accept):
+        self._accept: Callable[[SectionPoint], bool] | dict[str, float]
+        if callable(accept):
+            self._accept = accept
+        else:
+            self._accept = dict(accept or {})
             check_names(fmu, "contact", self._accept, fmu.contacts)
         constants = {"parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
         self._run: dict[str, Any] = {**constants, "tolerance": tolerance}

@@ -121,7 +121,7 @@ def test_the_border_of_a_square_root(begin):
     assert (collision.kind, collision.criticality) == ("border collision", "persistence")
     assert collision.value == pytest.approx(0.0, abs=1e-12) and not collision.cycles
     assert collision.border_form == "square root"
-    assert collision.collision.exponent == pytest.approx(0.5, abs=1e-3)
+    assert collision.collision is not None and collision.collision.exponent == pytest.approx(0.5, abs=1e-3)
     assert sum(collision.multipliers).real == pytest.approx(0.5) and collision.multipliers_with_event is None
     assert [kind for kind, _ in found.ends] == ["range", "range"]
     root = (np.sqrt(1.0 + 4.0 * 1.015 * np.maximum(found.values, 0.0)) - 1.0) / (2.0 * 1.015)

@@ -45,6 +45,7 @@ ROUNDING = 1e-13  # of the size of a variable: the last coefficients of a panel 
 NOISE = 1e-8  # of it: what does not fall on narrower panels and is less is what cancelled in an output
 WIDEST, ROUNDS = 0.25, 12  # of the period: widest panel; how often one is cut in four
 SLACK = 0.2  # of what a variable spans on a panel: by less than that it rises beyond its nodes and ends
+SPEEDS = {"N": "m/s", "N m": "rad/s"}  # by the unit of a force
 WRITTEN = re.compile(r"(\w+)\((.+)\)")
 
 X, W = legendre.leggauss(NODES)
@@ -79,7 +80,9 @@ class Amount:
         return AMOUNTS[self.kind].label.format(" through ".join(self.names))
 
     def unit(self, unit_of: Callable[[str], str]) -> str:
-        """Its unit, from those of variables."""
+        """Its unit, from those of variables; of a contact from that of its force."""
+        if AMOUNTS[self.kind].takes == ("contact",):
+            return SPEEDS.get(unit_of(f"{self.names[0]}_force"), "1")
         return AMOUNTS[self.kind].unit or unit_of(self.names[0])
 
 
@@ -198,7 +201,7 @@ AMOUNTS: dict[str, _Kind] = {
     "mean": _Kind("mean {}", _mean),
     "rms": _Kind("root mean square of {}", _rms),
     "energy": _Kind("energy of {} in a period", _energy, ("variable or rigid contact", "state"), "J"),
-    "impact_speed": _Kind("largest impact speed of {}", _impact_speed, ("contact",), "m/s"),
+    "impact_speed": _Kind("largest impact speed of {}", _impact_speed, ("contact",)),
 }
 KINDS_TOLD = ", ".join(f"{name}({','.join(kind.takes)})" for name, kind in AMOUNTS.items())
 

@@ -29,7 +29,7 @@ from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.problem.equilibrium import ordered
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.sections.cycles import extremes
+from fmu_models.sections.amounts import Measured
 from fmu_models.sections.diagonal import find_crossings
 from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation.field import VectorField, is_forced
@@ -240,9 +240,7 @@ class _Plane:
 
     def _cycle(self, along: "_HalfLine", x: float, multiplier: float) -> PlaneCycle:
         start, period = along.point(x), along.period(x)
-        sides = extremes(self.fmu, simulate(self.fmu, period, **self.run(start)).events, 0.0, period, self.run(start))[
-            1
-        ]
+        sides = Measured(self.fmu).extremes((0.0, period), self.run(start))
         low, high = np.array([sides[name] for name in self.fmu.states]).T
         return PlaneCycle(period, multiplier, self.motion(start, period, POINTS), low, high)
 

@@ -8,11 +8,8 @@ from fmu_models.base.errors import StickslipError
 
 
 def cache_folder() -> Path:
-    """Folder for compiled libraries and FMUs: ``STICKSLIP_CACHE`` or the user's cache folder.
-
-    Raises:
-        StickslipError: the folder cannot be made.
-    """
+    """Folder for compiled libraries and FMUs: ``STICKSLIP_CACHE`` or the user's cache folder. StickslipError: the
+    folder cannot be made."""
     if path := os.environ.get("STICKSLIP_CACHE"):
         folder = Path(path)
     else:

@@ -204,11 +204,7 @@ def settings(
     texts: Sequence[str] | None, kind: str, is_text: Callable[[str], bool] = lambda _: False, columns: bool = False
 ) -> dict[str, float | str]:
     """Numbers from arguments ``NAME=VALUE``, and texts for the names of which ``is_text`` says so; where ``columns``
-    also columns ``LOG:COLUMN`` of logs, as texts.
-
-    Raises:
-        StickslipError: not of that form, not a number, or a name twice.
-    """
+    also columns ``LOG:COLUMN`` of logs, as texts. StickslipError: not of that form, not a number, or a name twice."""
     values: dict[str, float | str] = {}
     for text in texts or ():
         name, equals, value = text.partition("=")

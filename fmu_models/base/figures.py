@@ -29,11 +29,8 @@ def check_format(path: str | os.PathLike[str]) -> Path:
 
 
 def check_files(*files: str | os.PathLike[str] | None, figures: Iterable[Path | None], overwrite: bool = False) -> None:
-    """Refuse before the work what could not be written after it; None stands for what is not asked for.
-
-    Raises:
-        StickslipError: a file or figure exists and ``overwrite`` is false, or a figure has an unknown suffix.
-    """
+    """Refuse before the work what could not be written after it; None stands for what is not asked for. StickslipError:
+    a file or figure exists and ``overwrite`` is false, or a figure has an unknown suffix."""
     drawn = [figure for figure in figures if figure is not None]
     refuse_existing(*files, *drawn, overwrite=overwrite)
     for figure in drawn:
@@ -69,11 +66,8 @@ def _touch(axis: Axis, along: int) -> bool:
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-    """Write a figure whole; the format follows the suffix (.svg, .png, .pdf).
-
-    Raises:
-        StickslipError: unknown suffix, the file exists, or its folder cannot be written.
-    """
+    """Write a figure whole; the format follows the suffix (.svg, .png, .pdf). StickslipError: unknown suffix, the file
+    exists, or its folder cannot be written."""
     from matplotlib import rc_context
 
     target = check_format(path)

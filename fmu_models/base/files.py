@@ -18,11 +18,8 @@ OVERWRITE = "Choose another name, or have it replaced: --overwrite (in Python ov
 
 
 def existing(path: str | os.PathLike[str], kind: str = "file", advice: str = "") -> Path:
-    """The path, if something is there.
-
-    Raises:
-        StickslipError: nothing is; ``kind`` is the word for it, ``advice`` on how to get one, with a space before it.
-    """
+    """The path, if something is there. StickslipError: nothing is; ``kind`` is the word for it, ``advice`` on how to
+    get one, with a space before it."""
     target = Path(path)
     if not is_there(target):
         raise StickslipError(f"There is no {kind} '{path}'.{shipped.hint(target) or advice}")
@@ -31,10 +28,7 @@ def existing(path: str | os.PathLike[str], kind: str = "file", advice: str = "")
 
 def named_file(path: str | os.PathLike[str], files: Iterable[Path], kind: str) -> Path:
     """A file given by its path, or by the name (with or without ending) of one of those that come along.
-
-    Raises:
-        StickslipError: there is none; ``kind`` is the word for such a file.
-    """
+    StickslipError: there is none; ``kind`` is the word for such a file."""
     target = Path(path)
     if is_there(target) and target.is_file():
         return target
@@ -55,21 +49,15 @@ def is_there(path: Path) -> bool:
 
 def refuse_existing(*paths: str | os.PathLike[str] | None, overwrite: bool = False) -> None:
     """Refuse files that exist: before the work rather than after it. None stands for a file that is not asked for.
-
-    Raises:
-        StickslipError: one of them exists and ``overwrite`` is false.
-    """
+    StickslipError: one of them exists and ``overwrite`` is false."""
     for path in paths:
         if path is not None and not overwrite and is_there(Path(path)):
             raise StickslipError(f"'{path}' exists already. {OVERWRITE}")
 
 
 def checked_page(path: str | os.PathLike[str], *, overwrite: bool) -> Path:
-    """The path, if a page can be written there; before the work.
-
-    Raises:
-        StickslipError: another suffix; or it exists and ``overwrite`` is false.
-    """
+    """The path, if a page can be written there; before the work. StickslipError: another suffix; or it exists and
+    ``overwrite`` is false."""
     if Path(path).suffix.lower() not in (".html", ".htm"):
         raise StickslipError(f"'{path}' is to be a page: end it in .html.")
     refuse_existing(path, overwrite=overwrite)

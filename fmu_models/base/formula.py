@@ -34,11 +34,8 @@ class Formula:
 
     @classmethod
     def read(cls, text: str) -> Formula:
-        """The formula of a text.
-
-        Raises:
-            StickslipError: no formula, or something else than arithmetic and the known functions in it.
-        """
+        """The formula of a text. StickslipError: no formula, or something else than arithmetic and the known functions
+        in it."""
         try:
             body = ast.parse(text.strip(), mode="eval").body
         except (SyntaxError, ValueError) as error:

@@ -70,10 +70,7 @@ class Registry(Generic[T]):
 
     def origin(self, reference: Reference) -> str:
         """Where a member comes from: `OURS`, the installed package with its version, or what the user named.
-
-        Raises:
-            StickslipError: there is none of that name.
-        """
+        StickslipError: there is none of that name."""
         name = os.fspath(reference)
         if name in self.members():
             return OURS

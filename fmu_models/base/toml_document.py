@@ -96,11 +96,8 @@ class Document:
         return value
 
     def reference(self, key: str, *keys: str | int, default: str | None = None) -> str:
-        """A text that may name code, as a model or a law is named.
-
-        Raises:
-            StickslipError: no text, or code that the user does not trust.
-        """
+        """A text that may name code, as a model or a law is named. StickslipError: no text, or code that the user does
+        not trust."""
         value = self.text(key, *keys, default=default)
         try:
             admit(value, self.path.parent, trust=self.trust)
@@ -162,11 +159,8 @@ class Document:
         return [*(i * step + low for i in range(count - 1)), high]
 
     def value(self, raw: object, unit: str, *keys: str | int) -> float:
-        """A number, or a text of number and unit, in ``unit``.
-
-        Raises:
-            StickslipError: neither, not finite, an unknown unit, or a unit of something else.
-        """
+        """A number, or a text of number and unit, in ``unit``. StickslipError: neither, not finite, an unknown unit, or
+        a unit of something else."""
         name = str(keys[-1] if isinstance(keys[-1], str) else keys[-2])
         if isinstance(raw, bool) or not isinstance(raw, int | float | str):
             raise self.fault(
@@ -187,11 +181,8 @@ class Document:
 
 
 def converted(text: str, unit: str, label: str) -> float:
-    """A text of number and unit, as a number in ``unit``.
-
-    Raises:
-        StickslipError: no number, an unknown unit, or a unit of something else; begins with ``label``.
-    """
+    """A text of number and unit, as a number in ``unit``. StickslipError: no number, an unknown unit, or a unit of
+    something else; begins with ``label``."""
     from fmu_models.base.unit_names import OtherDimensionError, conversion_factor, known_units
 
     match = _NUMBER.match(text)

@@ -58,11 +58,8 @@ def is_place(reference: str | os.PathLike[str]) -> bool:
 
 
 def admit(reference: str, folder: Path, *, trust: bool = False) -> None:
-    """Judge a reference that a document holds; folder: which its relative paths start from.
-
-    Raises:
-        StickslipError: it names code that the user has not named and does not trust; the caller says in which document.
-    """
+    """Judge a reference that a document holds; folder: which its relative paths start from. StickslipError: it names
+    code that the user has not named and does not trust; the caller says in which document."""
     outside = reference.lower().endswith(NATIVE) and not _resolved(reference, folder).is_relative_to(folder.resolve())
     if not (outside or is_place(reference)):
         return
@@ -77,11 +74,8 @@ def admit(reference: str, folder: Path, *, trust: bool = False) -> None:
 
 
 def check(reference: str, folder: Path) -> None:
-    """Let a place be run that was named or admitted; a program names it by the call.
-
-    Raises:
-        StickslipError: a command runs, and it was neither.
-    """
+    """Let a place be run that was named or admitted; a program names it by the call. StickslipError: a command runs,
+    and it was neither."""
     identity = _identity(reference, folder)
     if _process.command is not None and not _process.trusts(identity):
         raise StickslipError(f"'{reference}' is code that the command line does not name. {_line()}")

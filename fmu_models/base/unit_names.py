@@ -110,12 +110,8 @@ def conversion_factor(unit: str, to: str) -> float:
 
 
 def conversion(unit: str, expected: str, where: str) -> float:
-    """Factor from one unit to another.
-
-    Raises:
-        StickslipError: the unit is unknown, has another dimension, or leaves open which angle it means (1/min, Grad);
-            the message begins with ``where``.
-    """
+    """Factor from one unit to another. StickslipError: the unit is unknown, has another dimension, or leaves open which
+    angle it means (1/min, Grad); the message begins with ``where``."""
     if unit == expected:
         return 1.0
     expectation = _ANGLES.get(expected, f"{expected} or a multiple of it")

@@ -42,11 +42,8 @@ def c_string(text: str) -> str:
 
 
 def c_expression(expression: Expr, names: Mapping[sympy.Basic, str]) -> str:
-    """C code of a double; ``names`` says what each symbol is called there.
-
-    Raises:
-        StickslipError: the expression uses a function that C code is not made for.
-    """
+    """C code of a double; ``names`` says what each symbol is called there. StickslipError: the expression uses a
+    function that C code is not made for."""
     if expression in names:
         return names[expression]
     if not expression.free_symbols and expression.is_real:

@@ -30,11 +30,7 @@ _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
 
 def sources(system: HybridSystem) -> dict[str, str]:
     """Text of ``model.c``, ``model_kind.c`` (what exists per kind of number), ``model_variation.c``, ``model_discs.c``,
-    ``model_sizes.h``.
-
-    Raises:
-        StickslipError: an expression of the model cannot be turned into Taylor recurrences.
-    """
+    ``model_sizes.h``. StickslipError: an expression of the model cannot be turned into Taylor recurrences."""
     return dict(_sources(system))
 
 

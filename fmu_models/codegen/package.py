@@ -232,11 +232,8 @@ def _lowered(
 
 
 def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
-    """The FMU of a lowered system, from the user's cache if one with the same sources was built before.
-
-    Raises:
-        StickslipError: unknown version, or the compiler fails.
-    """
+    """The FMU of a lowered system, from the user's cache if one with the same sources was built before. StickslipError:
+    unknown version, or the compiler fails."""
     checked("model.fmu", fmi_version, overwrite=True)
     texts = _texts(system, fmi_version, Rights())
     options = ("sources", *(text for name in sorted(texts) for text in (name, texts[name])))
@@ -269,11 +266,8 @@ def kept_folder(*options: str | bytes) -> Path:
 
 
 def checked(path: str | os.PathLike[str], fmi_version: str, overwrite: bool) -> Path:
-    """The path of an FMU to be written; refuses before the work what would be refused after it.
-
-    Raises:
-        StickslipError: unknown version, another suffix than .fmu, or ``path`` exists and ``overwrite`` is false.
-    """
+    """The path of an FMU to be written; refuses before the work what would be refused after it. StickslipError: unknown
+    version, another suffix than .fmu, or ``path`` exists and ``overwrite`` is false."""
     if fmi_version not in FMI_VERSIONS:
         raise StickslipError(f"There is no FMI {fmi_version} export. Choose {' or '.join(FMI_VERSIONS)}.")
     path = Path(path)

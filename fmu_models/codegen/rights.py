@@ -33,11 +33,8 @@ class Rights:
 
     @property
     def attributes(self) -> dict[str, str | None]:
-        """Attributes of the root of modelDescription.xml.
-
-        Raises:
-            StickslipError: SOURCE_DATE_EPOCH, the date that reproducible builds state, is no number of seconds.
-        """
+        """Attributes of the root of modelDescription.xml. StickslipError: SOURCE_DATE_EPOCH, the date that reproducible
+        builds state, is no number of seconds."""
         return {
             "author": self.author,
             "copyright": self.copyright,
@@ -47,11 +44,8 @@ class Rights:
 
     @property
     def files(self) -> dict[str, str]:
-        """Texts of the licences by their names in the archive.
-
-        Raises:
-            StickslipError: the file with the licence is not text.
-        """
+        """Texts of the licences by their names in the archive. StickslipError: the file with the licence is not
+        text."""
         engine = _engine_license()
         if self.license is None:
             return {f"{FOLDER}/license.txt": engine}

@@ -75,11 +75,8 @@ class RunFiles:
     overwrite: console.Overwrite = False
 
     def check(self) -> None:
-        """Refuse before the run what could not be done after it.
-
-        Raises:
-            StickslipError: a file that exists, of an unknown kind, or an option without the one that it belongs to.
-        """
+        """Refuse before the run what could not be done after it. StickslipError: a file that exists, of an unknown
+        kind, or an option without the one that it belongs to."""
         from fmu_models.simulation.results import check_suffix
 
         check_files(self.output, figures=[self.figure], overwrite=self.overwrite)

@@ -79,11 +79,8 @@ class SectionOptions:
     ] = "auto"
 
     def system(self) -> SectionSystem:
-        """The system that the options describe.
-
-        Raises:
-            StickslipError: options that contradict one another, or as the section does.
-        """
+        """The system that the options describe. StickslipError: options that contradict one another, or as the section
+        does."""
         from fmu_models.fmu.load import load
         from fmu_models.sections.crossing import Crossing, Impacts
         from fmu_models.sections.iteration import Iteration
@@ -126,6 +123,7 @@ class SectionOptions:
         """The section of a scene; what is given here goes before what it says."""
         from fmu_models.scene.kinds.kind import section_of
         from fmu_models.sections.iteration import Iteration
+        from fmu_models.sections.return_map import ReturnMap
 
         computation: dict[str, Any] = {}
         if self.level or self.impacts:
@@ -144,14 +142,11 @@ class SectionOptions:
         changed = replace(scene, compute=replace(scene.compute, **computation))
         fmu, run = _built_with(scene, values)
         section = section_of(changed, fmu, run["parameters"], run["inputs"])
-        return section if isinstance(section, Iteration) else section.stepped_by(self.stepper)
+        return section if isinstance(section, Iteration | ReturnMap) else section.stepped_by(self.stepper)
 
     def oscillator(self) -> tuple[Fmu, dict[str, float]]:
-        """The model itself, without a section, and values of its parameters and inputs.
-
-        Raises:
-            StickslipError: a map, a drive of a scene that moves, or as loading does.
-        """
+        """The model itself, without a section, and values of its parameters and inputs. StickslipError: a map, a drive
+        of a scene that moves, or as loading does."""
         from fmu_models.fmu.load import load
         from fmu_models.scene.kinds.kind import constants_of
 
@@ -212,10 +207,7 @@ class SectionOptions:
 
     def range(self, kind: str, over: Sequence[str] | None) -> dict[str, tuple[float, float]]:
         """Least and largest value of a parameter; those of a scene of the same kind where none are given.
-
-        Raises:
-            StickslipError: several ranges, or as ``one_range``.
-        """
+        StickslipError: several ranges, or as ``one_range``."""
         if not over:
             return {name: (float(min(values)), float(max(values))) for name, values in self.axes(kind, ()).items()}
         if len(over) > 1:
@@ -371,11 +363,8 @@ def _orbit(path: Path) -> dict[str, float]:
 
 
 def ranges(texts: Sequence[str], count: int | None) -> dict[str, np.ndarray]:
-    """Values by name from arguments NAME=FROM:TO:COUNT.
-
-    Raises:
-        StickslipError: none, another number of them than ``count`` where there is one, or not of that form.
-    """
+    """Values by name from arguments NAME=FROM:TO:COUNT. StickslipError: none, another number of them than ``count``
+    where there is one, or not of that form."""
     import numpy as np
 
     axes: dict[str, np.ndarray] = {}

@@ -14,10 +14,7 @@ T = TypeVar("T")
 
 def listed(members: Registry[T], row: Callable[[str, T], dict[str, Any]]) -> list[dict[str, Any]]:
     """A row for each member by name; from the user's cache while no file that members are made of has changed.
-
-    Raises:
-        StickslipError: a member cannot be loaded.
-    """
+    StickslipError: a member cannot be loaded."""
     root = Path(__file__).parents[1]
     files = [file for folder in ("base", "commands", "language") for file in sorted((root / folder).rglob("*.py"))]
     key = digest(members.kind, *(file.read_bytes() for file in files), *members.sources())

@@ -86,13 +86,10 @@ class Composite:
         pointers = POINTER(instance.FmuInstance) * len(all_calls)
         self._pointers = pointers(*(ctypes.pointer(calls) for calls in all_calls))
         self.c.n_units, self.c.fmus = len(all_calls), ctypes.addressof(self._pointers)
-        firsts = {}
         for name in ("state", "indicator"):
             counts = [getattr(calls, f"n_{name}s") for calls in all_calls]
-            firsts[name] = np.cumsum([0, *counts])
-            self._put(f"first_{name}", firsts[name], np.int64)
+            self._put(f"first_{name}", np.cumsum([0, *counts]), np.int64)
             setattr(self.calls, f"n_{name}s", int(sum(counts)))
-        self.first_indicator = firsts["indicator"]
         self._wire(stages(system.fmus, system.wires))
         self._variables()
         library().coupling_fill(byref(self.calls), byref(self.c))

@@ -49,11 +49,8 @@ def co_simulate(
     output_times: ArrayLike | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
-    """Step the units of ``system`` by "jacobi" or "gauss-seidel"; see ``couple``.
-
-    Raises:
-        MotionError: a unit fails; StickslipError: steps are to be controlled, but a unit cannot be put back.
-    """
+    """Step the units of ``system`` by "jacobi" or "gauss-seidel"; see ``couple``. MotionError: a unit fails;
+    StickslipError: steps are to be controlled, but a unit cannot be put back."""
     for name, unit in system.units.items():
         if unit.fmu.description.coSimulation is None:
             raise StickslipError(

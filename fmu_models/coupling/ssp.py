@@ -43,12 +43,8 @@ class _Value:
 
 
 def read(path: Path) -> CoupledSystem:
-    """The system in ``path``.
-
-    Raises:
-        StickslipError: an unsafe archive, not SSP, a part that is missing or not supported, a system that does not fit
-            together.
-    """
+    """The system in ``path``. StickslipError: an unsafe archive, not SSP, a part that is missing or not supported, a
+    system that does not fit together."""
     if path.suffix.lower() == ".ssd":
         return _system(path, path.parent, path)
     with temporary_folder("ssp") as folder:
@@ -71,11 +67,8 @@ def read_parameter_set(path: Path) -> list[tuple[str, float, str | None]]:
 
 
 def converted(value: float, unit: str | None, own: str | None, what: str) -> float:
-    """A value that is given in a unit, in that of its variable.
-
-    Raises:
-        StickslipError: units that do not fit; begins with ``what``.
-    """
+    """A value that is given in a unit, in that of its variable. StickslipError: units that do not fit; begins with
+    ``what``."""
     if not unit or not own or unit == own:
         return value
     try:

@@ -110,11 +110,8 @@ def write(
     *,
     overwrite: bool = False,
 ) -> Path:
-    """Pack a system. sets: per unit its parameter sets by name, bound to it in this order.
-
-    Raises:
-        StickslipError: another suffix, or ``path`` exists and ``overwrite`` is false, or cannot be written.
-    """
+    """Pack a system. sets: per unit its parameter sets by name, bound to it in this order. StickslipError: another
+    suffix, or ``path`` exists and ``overwrite`` is false, or cannot be written."""
     check_path(path)
     sources = _sources(system)
     files = {

@@ -55,12 +55,8 @@ class Wire:
 
 
 def wires(fmus: Mapping[str, Fmu], connections: Sequence[Connection]) -> tuple[Wire, ...]:
-    """The connections between these units, checked.
-
-    Raises:
-        Misfit: no such unit or variable, one that is no output or no input, types or units of measure that do
-            not fit, an input that is fed twice; names the connection.
-    """
+    """The connections between these units, checked. Misfit: no such unit or variable, one that is no output or no
+    input, types or units of measure that do not fit, an input that is fed twice; names the connection."""
     wire_to: dict[tuple[str, str], Wire] = {}
     for i, connection in enumerate(connections):
         try:
@@ -78,11 +74,8 @@ def wires(fmus: Mapping[str, Fmu], connections: Sequence[Connection]) -> tuple[W
 
 
 def split(fmus: Mapping[str, Fmu], name: str, where: str) -> tuple[str, str]:
-    """Unit and variable of "unit.variable"; units and variables may have dots themselves.
-
-    Raises:
-        StickslipError: there is none; ``where`` begins the message.
-    """
+    """Unit and variable of "unit.variable"; units and variables may have dots themselves. StickslipError: there is
+    none; ``where`` begins the message."""
     unit = max((u for u in fmus if name.startswith(f"{u}.")), key=len, default=None)
     if unit is None:
         first = name.partition(".")[0]

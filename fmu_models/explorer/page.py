@@ -55,11 +55,8 @@ class Explorer:
         return framed(self.html, self.name)
 
     def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write the page to a file that ends in .html.
-
-        Raises:
-            StickslipError: another suffix; the file exists and ``overwrite`` is false, or cannot be written.
-        """
+        """Write the page to a file that ends in .html. StickslipError: another suffix; the file exists and
+        ``overwrite`` is false, or cannot be written."""
         target = checked_page(path, overwrite=overwrite)
         with write_whole(target, overwrite=overwrite) as temporary:
             temporary.write_text(self.html, "utf-8")

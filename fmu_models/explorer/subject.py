@@ -47,10 +47,7 @@ class ExplorerSubject:
 
 def subject_of(model: Model, contacts: Sequence[str] | None = None, *, trust: bool = False) -> ExplorerSubject:
     """A declaration, the name, file or module of a model, a scene (trust: as in `read_scene`), or an FMU of this suite.
-
-    Raises:
-        StickslipError: there is none of that name, contacts are to be chosen of a scene or an FMU, or as ``check``.
-    """
+    StickslipError: there is none of that name, contacts are to be chosen of a scene or an FMU, or as ``check``."""
     from fmu_models.fmu.load import load
 
     if isinstance(model, str | os.PathLike) and is_scene(os.fspath(model)):

@@ -206,12 +206,8 @@ class Runner:
 
     def each(self, jobs: Jobs, take: Take, *, quiet: bool = False) -> None:
         """The rows chunk by chunk: ``take`` is called with the number of the first run of each, in order; when it
-        returns True the family ends.
-
-        Raises:
-            StickslipError: values that parameters cannot have, and as ``run`` does; KeyboardInterrupt ends all threads
-                within a step.
-        """
+        returns True the family ends. StickslipError: values that parameters cannot have, and as ``run`` does;
+        KeyboardInterrupt ends all threads within a step."""
         held = {name: np.full(len(jobs), value) for name, value in self.held.items()}
         jobs = dataclasses.replace(jobs, varied={**held, **jobs.varied}) if held else jobs
         for name, values in jobs.varied.items():

@@ -48,10 +48,7 @@ KINDS = {
 
 def unpack(path: Path, folder: Path) -> None:
     """Unpack ``path`` into the empty ``folder``; after an error it holds a part, for the caller to remove.
-
-    Raises:
-        StickslipError: not a zip archive, damaged, or with something in it that an FMU does not have; says what.
-    """
+    StickslipError: not a zip archive, damaged, or with something in it that an FMU does not have; says what."""
     try:
         with zipfile.ZipFile(path) as archive:
             entries = archive.infolist()

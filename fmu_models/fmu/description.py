@@ -28,12 +28,9 @@ INTERFACES = ("ModelExchange", "CoSimulation", "ScheduledExecution")
 
 
 def read(path: Path, folder: Path) -> ModelDescription:
-    """The description of the FMU ``path`` that is unpacked in ``folder``.
-
-    Raises:
-        StickslipError: missing, unsafe or ill-formed XML, another version of FMI than 2.0 and 3.0, or a description
-            that does not say which variables and files are meant.
-    """
+    """The description of the FMU ``path`` that is unpacked in ``folder``. StickslipError: missing, unsafe or ill-formed
+    XML, another version of FMI than 2.0 and 3.0, or a description that does not say which variables and files are
+    meant."""
     from fmpy import read_model_description
 
     xml = folder / "modelDescription.xml"

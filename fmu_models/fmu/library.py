@@ -45,10 +45,7 @@ def sources(fmu: Fmu) -> list[str]:
 
 def library(fmu: Fmu, identifier: str) -> Path:
     """The library ``identifier`` for this machine; built where it is not packed (kept in the user's cache).
-
-    Raises:
-        StickslipError: neither packed nor buildable; lists what the FMU has.
-    """
+    StickslipError: neither packed nor buildable; lists what the FMU has."""
     folder = fmu.folder / "binaries" / this_folder(fmu)
     target = folder / f"{identifier}{this_platform().suffix}"
     if target.is_file():

@@ -38,11 +38,8 @@ _TAG = re.compile(rb"""(?:[^>"']|"[^"]*"|'[^']*')*>""")  # a '>' in the quotes o
 
 
 def check_parameter(fmu: Fmu, name: str, value: float) -> ScalarVariable:
-    """The parameter of an FMU that is to have a start value.
-
-    Raises:
-        StickslipError: there is none of this name, it is no real parameter, or the value is out of its range.
-    """
+    """The parameter of an FMU that is to have a start value. StickslipError: there is none of this name, it is no real
+    parameter, or the value is out of its range."""
     variable = fmu.variables.get(name)
     if variable is None or variable.causality != "parameter":
         role = f"is a {variable.causality} of" if variable is not None else "is no variable of"
@@ -59,12 +56,9 @@ def check_parameter(fmu: Fmu, name: str, value: float) -> ScalarVariable:
 
 
 def copy_with_start_values(fmu: Fmu, path: str | Path, values: Mapping[str, float], *, overwrite: bool = False) -> Path:
-    """Write a copy of an FMU whose parameters have other start values, in its own units.
-
-    Raises:
-        StickslipError: see `check_parameter`; the library keeps its own start values; or ``path`` exists and
-            ``overwrite`` is false, or cannot be written.
-    """
+    """Write a copy of an FMU whose parameters have other start values, in its own units. StickslipError: see
+    `check_parameter`; the library keeps its own start values; or ``path`` exists and ``overwrite`` is false, or cannot
+    be written."""
     target = Path(path)
     if target.suffix != ".fmu":
         raise StickslipError(f"'{target}' must end in .fmu, by which importers know an FMU.")

@@ -34,10 +34,7 @@ class Verification:
 
 def verify(path: str | os.PathLike[str]) -> Verification:
     """Build an FMU of ours once more, with the contacts, start values, rights, date and platforms that it states.
-
-    Raises:
-        StickslipError: it cannot be read, is not of this version of the suite, or its model is none of ours.
-    """
+    StickslipError: it cannot be read, is not of this version of the suite, or its model is none of ours."""
     fmu = Fmu.open(path)
     made_by, this_version = fmu.description.generationTool, f"stickslip {version()}"
     if made_by != this_version:

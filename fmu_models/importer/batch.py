@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fmu_models.base.arrays import Vector
 from fmu_models.fmu.elements import owner
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import request
@@ -25,7 +25,7 @@ class Batch:
         fmu: Fmu,
         names: tuple[str, ...],
         begun: Mapping[str, float],
-        times: NDArray[np.float64],
+        times: Vector,
         recorded: tuple[str, ...],
         states: int,
         prepared: Any,
@@ -38,14 +38,9 @@ class Batch:
         self._low, self._high = _bounds(fmu, names)
         self._row, self._columns = np.array([*begun.values()]), [[*begun].index(name) for name in names]
 
-    def runs(
-        self, rows: NDArray[np.float64], progress: Callable[[float], None] | None = None
-    ) -> tuple[NDArray[np.float64], dict[int, str]]:
+    def runs(self, rows: Vector) -> tuple[Vector, dict[int, str]]:
         """(runs, n, k) of what is recorded in a run for each of ``rows`` (runs, names), and why runs ended early.
-
-        Raises:
-            StickslipError: a value out of range.
-        """
+        StickslipError: a value out of range."""
         if not ((rows >= self._low) & (rows <= self._high)).all():
             for values in (rows.min(axis=0), rows.max(axis=0)):  # the one that is out of range is refused
                 _checked(self._fmu, dict(zip(self.names, values.tolist(), strict=True)))
@@ -63,22 +58,16 @@ class Batch:
             if status != RUN.DONE:
                 states[i, c.next_time :], values[i, c.next_time :] = np.nan, np.nan
                 failures[i] = self._reason(status, c)
-            if progress and i % 100 == 99:
-                progress((i + 1) / len(rows))
         return np.concatenate([states, values], axis=2), failures
 
 
 def begun(fmu: Fmu, names: tuple[str, ...]) -> dict[str, float]:
     """Values that a run over ``names`` is given, in the order in which they are set: of each name one in its bounds,
-    and those of the other elements of arrays, which FMI sets whole.
-
-    Raises:
-        StickslipError: as `request.start_values`.
-    """
+    and those of the other elements of arrays, which FMI sets whole. StickslipError: as `request.start_values`."""
     return _checked(fmu, dict(zip(names, np.clip(0.0, *_bounds(fmu, names)).tolist(), strict=True)))
 
 
-def _bounds(fmu: Fmu, names: tuple[str, ...]) -> NDArray[np.float64]:
+def _bounds(fmu: Fmu, names: tuple[str, ...]) -> Vector:
     """(2, names) between which values of variables that there are pass."""
     owners = [fmu.variables.get(owner(name, fmu.variables)) for name in names]
     return np.reshape([(0.0, 0.0) if variable is None else bounds_of(variable) for variable in owners], (-1, 2)).T

@@ -53,11 +53,8 @@ class FmuClock:
 
 
 def clocks_of(fmu: Fmu) -> list[FmuClock]:
-    """The clocks in the order of the description.
-
-    Raises:
-        StickslipError: more of them than the master keeps apart, or one whose attributes are no clock's.
-    """
+    """The clocks in the order of the description. StickslipError: more of them than the master keeps apart, or one
+    whose attributes are no clock's."""
     if fmu.fmi == 2 or not any(v.type == "Clock" for v in fmu.variables.values()):
         return []
     elements = fmu.elements("ModelVariables/Clock")
@@ -129,12 +126,8 @@ class Clocks:
     def split(
         self, inputs: Mapping[str, float | Signal], start: float
     ) -> tuple[dict[str, NDArray[np.float64]], dict[str, float | Signal]]:
-        """Times (n,), s, at which triggered input clocks tick, and the other inputs.
-
-        Raises:
-            StickslipError: a clock that nobody but the FMU ticks, one that would never tick, or an input that has a
-                clock.
-        """
+        """Times (n,), s, at which triggered input clocks tick, and the other inputs. StickslipError: a clock that
+        nobody but the FMU ticks, one that would never tick, or an input that has a clock."""
         kinds = {clock.name: clock.kind for clock in self.all}
         times: dict[str, NDArray[np.float64]] = {}
         for name, value in inputs.items():
@@ -198,11 +191,8 @@ def ticks_of(value: float | Signal, start: float) -> NDArray[np.float64]:
 
 
 def check_event_mode(fmu: Fmu, *, offered: bool) -> None:
-    """Refuse an FMU whose clocks cannot tick in its Co-Simulation.
-
-    Raises:
-        StickslipError: it has clocks that the importer ticks, and no event mode.
-    """
+    """Refuse an FMU whose clocks cannot tick in its Co-Simulation. StickslipError: it has clocks that the importer
+    ticks, and no event mode."""
     names = [clock.name for clock in clocks_of(fmu) if clock.ticked_by_importer]
     if names and not offered:
         raise StickslipError(

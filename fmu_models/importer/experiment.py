@@ -141,11 +141,8 @@ def perform_with_error(
     limits: Limits | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Recording, ErrorEstimate]:
-    """Make the run, and four more that say how far it can be trusted.
-
-    Raises:
-        StickslipError: as for ``perform``, or the run is not made by the engine inside the FMU, in this process.
-    """
+    """Make the run, and four more that say how far it can be trusted. StickslipError: as for ``perform``, or the run is
+    not made by the engine inside the FMU, in this process."""
     from fmu_models.simulation.accuracy import simulate_with_error
 
     if not experiment.is_native(fmu) or limits is not None:

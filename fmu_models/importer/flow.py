@@ -61,18 +61,18 @@ class FlowDriver(Driver):
 
     Args:
         fmu: for Model Exchange.
-        method, tolerance: as for ``Driver``; no co-simulation, in which a crossing has no place.
+        tolerance: as for ``Driver``.
         record: names of variables that are read where a motion begins.
 
     Raises:
         StickslipError: as ``Driver`` does.
     """
 
-    def __init__(self, fmu: Fmu, *, method: str = "auto", tolerance: float = 1e-12, record: Sequence[str] = ()) -> None:
-        if method == "co-simulation" or fmu.description.modelExchange is None:
+    def __init__(self, fmu: Fmu, *, tolerance: float = 1e-12, record: Sequence[str] = ()) -> None:
+        if fmu.description.modelExchange is None:
             raise StickslipError(
-                f"'{fmu.path}' is followed through Model Exchange, with a method of integration; it offers or is asked "
-                "for Co-Simulation, which tells neither rates nor events."
+                f"'{fmu.path}' is followed through Model Exchange, with a method of integration; it offers "
+                "Co-Simulation, which tells neither rates nor events."
             )
         computed = [n for n in fmu.states if fmu.variables[n].shape or not request.has_start(fmu.variables[n])]
         if computed or not fmu.states:
@@ -81,7 +81,7 @@ class FlowDriver(Driver):
                 + (f"the FMU computes '{computed[0]}', or it is an array." if computed else "it has none.")
             )
         # without a bound: runs at several tolerances tell the error only where the tolerance decides the steps
-        super().__init__(fmu, method=method, tolerance=tolerance, record=record, max_step=math.inf)
+        super().__init__(fmu, tolerance=tolerance, record=record, max_step=math.inf)
         n = len(self._states)
         self._ends, self._tangents, self._slopes = np.zeros((4, n)), np.zeros((n, n)), np.zeros((n, n))
         self._room, self._pivots = np.zeros(20 * n * n + 4 * n), np.zeros(4 * n, np.int32)

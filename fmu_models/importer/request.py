@@ -103,11 +103,8 @@ def check_recorded(fmu: Fmu, names: Sequence[str]) -> None:
 
 
 def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, float]) -> dict[str, float]:
-    """Checked values to write before initialization.
-
-    Raises:
-        StickslipError: unknown name, a value out of its range, a variable that cannot be set.
-    """
+    """Checked values to write before initialization. StickslipError: unknown name, a value out of its range, a variable
+    that cannot be set."""
     if not parameters and not start:
         return {}
     model, variables = fmu.description.modelName, fmu.variables
@@ -189,11 +186,8 @@ class InputTable:
 
 
 def table(fmu: Fmu, inputs: Mapping[str, float | Signal], start: float, stop: float) -> InputTable:
-    """The inputs given, as a table over the run.
-
-    Raises:
-        StickslipError: unknown name, a value out of range, a signal that does not cover the run.
-    """
+    """The inputs given, as a table over the run. StickslipError: unknown name, a value out of range, a signal that does
+    not cover the run."""
     if not inputs:
         none = np.zeros((1, 0))
         return InputTable(NOTHING, np.array([start]), none, none, np.zeros(1, dtype=np.int64))
@@ -300,11 +294,8 @@ class StepBound:
 def communication_points(
     fmu: Fmu, step: float, start: float, stop: float, outputs: NDArray[np.float64] | None, inputs: InputTable
 ) -> NDArray[np.float64]:
-    """From start to stop in steps as asked, with output times and jumps of inputs in between.
-
-    Raises:
-        StickslipError: the FMU allows no steps of other lengths, and these need some.
-    """
+    """From start to stop in steps as asked, with output times and jumps of inputs in between. StickslipError: the FMU
+    allows no steps of other lengths, and these need some."""
     n = max(1, math.floor((stop - start) / step * (1 + 1e-12)))
     grid = start + step * np.arange(n + 1)
     others = np.concatenate([[stop], inputs.times[inputs.jumps == JUMP], *([outputs] if outputs is not None else [])])

@@ -88,10 +88,7 @@ def perform_twice(
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Recording, SecondRun]:
     """Make the run, and a second one that looks at the FMU at other times, with what differs between the two.
-
-    Raises:
-        StickslipError: as for ``perform``, or the run is not made by a method of integration of the master.
-    """
+    StickslipError: as for ``perform``, or the run is not made by a method of integration of the master."""
     if experiment.is_native(fmu) or experiment.is_co_simulation(fmu):
         raise StickslipError(
             "A second run looks at an FMU between the steps of a method of integration, and this run has none. Leave "

@@ -22,11 +22,8 @@ def split(fmu: Fmu, parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict
 
 def configured(fmu: Fmu, structure: Mapping[str, float]) -> Fmu:
     """The FMU with other values of structural parameters, and arrays of the sizes that follow; its files are those of
-    ``fmu``, which must outlive it.
-
-    Raises:
-        StickslipError: no such structural parameter, a value that is no size, or arrays beyond all bounds.
-    """
+    ``fmu``, which must outlive it. StickslipError: no such structural parameter, a value that is no size, or arrays
+    beyond all bounds."""
     if not structure:
         return fmu
     description = copy.deepcopy(fmu.description)

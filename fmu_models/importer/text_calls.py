@@ -11,11 +11,8 @@ from fmu_models.importer.instance import STATUS, Instance, master_library
 
 
 def write(instance: Instance, texts: Mapping[str, str | bytes]) -> None:
-    """Set texts and bytes of an instance that the next run takes as it then is.
-
-    Raises:
-        StickslipError: the FMU refuses a value, or lacks the function.
-    """
+    """Set texts and bytes of an instance that the next run takes as it then is. StickslipError: the FMU refuses a
+    value, or lacks the function."""
     calls, variables = instance.calls, instance.fmu.variables
     instance.log.count, instance.log.message = 0, b""
     if calls.resets:

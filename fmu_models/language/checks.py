@@ -20,11 +20,8 @@ _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def check_mechanism(mechanism: Body) -> None:
-    """Refuse a declaration that contradicts itself.
-
-    Raises:
-        StickslipError: where, what is wrong, and how it is written instead.
-    """
+    """Refuse a declaration that contradicts itself. StickslipError: where, what is wrong, and how it is written
+    instead."""
     if not mechanism.coordinates:
         raise StickslipError(f"{mechanism.name} has no coordinate. A mechanism needs at least one.")
     check_names(mechanism.name, _names(mechanism))
@@ -37,10 +34,7 @@ def check_mechanism(mechanism: Body) -> None:
 
 def check_names(model: str, pairs: Iterable[tuple[str, str]]) -> None:
     """Refuse names that are none, and one name for two things; ``pairs`` has names with what they belong to.
-
-    Raises:
-        StickslipError: which name, and what bears it.
-    """
+    StickslipError: which name, and what bears it."""
     names = list(pairs)
     for name, _ in [*names, (model, "model")]:
         if not _IDENTIFIER.fullmatch(name):

@@ -72,10 +72,7 @@ class DryFriction(ABC):
 def parts_around(law: type[Any], own: object, suffix: str) -> dict[str, Any]:
     """What a class of laws is made of in place of a contact's ``own``, by field: parts of one name stay (the normal
     force above all), others become parameters ``<name><suffix>`` as declared, or have the default of their field.
-
-    Raises:
-        StickslipError: a part that ``own`` lacks is not declared.
-    """
+    StickslipError: a part that ``own`` lacks is not declared."""
     declared, values = {entry.name: entry for entry in parameters_of(law)}, {}
     for entry in fields(law):
         if hasattr(own, entry.name):

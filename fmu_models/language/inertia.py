@@ -159,11 +159,8 @@ def inertia_requirements(mechanism: Body) -> tuple[Requirement, ...]:
 
 
 def check_definite(mechanism: Body) -> None:
-    """Refuse a mass matrix that is not positive definite at the start values of everything.
-
-    Raises:
-        StickslipError: which determinant shows it.
-    """
+    """Refuse a mass matrix that is not positive definite at the start values of everything. StickslipError: which
+    determinant shows it."""
     values = at_start(mechanism)
     entries = mass_entries(mechanism)
     for block in blocks(len(mechanism.coordinates), entries):

@@ -136,11 +136,8 @@ def _modes(mass: csr_array, stiffness: csr_array, count: int) -> tuple[NDArray[n
 
 
 def matrices_of(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Any, Any, Any]:
-    """Checked and symmetric, sparse; C of zeros if None.
-
-    Raises:
-        StickslipError: a file or matrix that is none, shapes that differ, asymmetry, or a mass that is not positive.
-    """
+    """Checked and symmetric, sparse; C of zeros if None. StickslipError: a file or matrix that is none, shapes that
+    differ, asymmetry, or a mass that is not positive."""
     from scipy import linalg
 
     mass, stiffness = _symmetric("M", M), _symmetric("K", K)

@@ -42,10 +42,7 @@ def check_expression_units(
     model: str, states: Sequence[Quantity], expected: Iterable[tuple[str, sympy.Expr, str]]
 ) -> None:
     """Refuse a model without a body in which an expression, given with what it is, has another unit than it should.
-
-    Raises:
-        StickslipError: which expression, and what does not match in it.
-    """
+    StickslipError: which expression, and what does not match in it."""
     units = Dimensions(model, states)
     for label, expression, unit in expected:
         units.expect(label, expression, unit)

@@ -34,11 +34,8 @@ class Parametrised(Protocol):
 
 
 def check_values(model: Parametrised, values: Mapping[str, float]) -> None:
-    """Refuse values that the model cannot have; parameters not named keep their defaults.
-
-    Raises:
-        StickslipError: unknown parameter, not a finite number, out of bounds, or a requirement violated.
-    """
+    """Refuse values that the model cannot have; parameters not named keep their defaults. StickslipError: unknown
+    parameter, not a finite number, out of bounds, or a requirement violated."""
     check_numbers(model, values)
     parameters = {parameter.name: parameter for parameter in model.parameters}
     point = {parameter: sympy.Float(values.get(name, parameter.value)) for name, parameter in parameters.items()}

@@ -99,11 +99,8 @@ class HybridSystem:
         return only_parameters([*self.W.values(), *self.G.values(), *self.inertia.values()])
 
     def written_out(self) -> HybridSystem:
-        """This system, which must have a, W and G written out.
-
-        Raises:
-            StickslipError: its mass matrix is left to the generated code.
-        """
+        """This system, which must have a, W and G written out. StickslipError: its mass matrix is left to the generated
+        code."""
         if self.inertia:
             raise StickslipError(
                 f"{self.name}: its mass matrix of {len(self.driven)} coordinates is factored in the generated code; "

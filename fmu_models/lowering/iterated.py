@@ -13,11 +13,8 @@ PERIOD = "period"
 
 
 def iterated(declared: Map, *, backward: bool = False, period_name: str = PERIOD) -> HybridSystem:
-    """The positive or the negative map, with the time from one step to the next as its last parameter.
-
-    Raises:
-        StickslipError: the map has a quantity of that name, or no inverse.
-    """
+    """The positive or the negative map, with the time from one step to the next as its last parameter. StickslipError:
+    the map has a quantity of that name, or no inverse."""
     rule = declared.inverse if backward else declared.rule
     if rule is None:
         raise StickslipError(f"{declared.name} has no inverse: only the positive map can be followed.")

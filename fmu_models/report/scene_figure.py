@@ -18,6 +18,7 @@ from fmu_models.report.colours import COLOURS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from fmu_models.base.arrays import Vector
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.scene.kinds.kind import Row
     from fmu_models.scene.scene import Scene
@@ -28,9 +29,17 @@ WIDTH = 6.3  # inches: a page of a journal
 
 
 def draw_scene(
-    scene: Scene, fmu: Fmu, rows: Sequence[Row], path: str | os.PathLike[str], *, overwrite: bool = False
+    scene: Scene,
+    fmu: Fmu,
+    rows: Sequence[Row],
+    path: str | os.PathLike[str],
+    *,
+    beside: Sequence[tuple[Vector, Vector] | None] = (),
+    overwrite: bool = False,
 ) -> None:
     """Draw what a scene computed: its families, or else a phase portrait per run.
+
+    beside: of each run the points of another one, (n,) in both states, or None.
 
     Raises:
         StickslipError: the scene computed nothing that has a picture; the file exists or cannot be written.
@@ -49,7 +58,8 @@ def draw_scene(
     ]
     states = fmu.states or ["", ""]  # of a map, whose motions are no trajectories
     axes = (states[0], states[len(states) // 2])
-    draw(scene.title, panels, axes, Path(path), points=scene.compute.kind == "strobe", overwrite=overwrite)
+    points = scene.compute.kind == "strobe"
+    draw(scene.title, panels, axes, Path(path), points=points, beside=beside, overwrite=overwrite)
 
 
 def draw(
@@ -59,11 +69,13 @@ def draw(
     path: Path,
     *,
     points: bool = False,
+    beside: Sequence[tuple[Vector, Vector] | None] = (),
     overwrite: bool = False,
 ) -> None:
     """Draw two states against each other, a panel with its heading per trajectory.
 
     points: the trajectories are sampled once per period: no line between samples.
+    beside: of each trajectory points (n,) that are drawn with it, or None.
 
     Raises:
         StickslipError: nothing to draw, or the file exists or cannot be written.
@@ -84,6 +96,8 @@ def draw(
         heading, trajectory = panels[i]
         style = {"linestyle": "none", "marker": ".", "markersize": 2} if points else {"linewidth": 0.9}
         axis.plot(trajectory[x], trajectory[y], color="black", **style)
+        if beside and (others := beside[i]) is not None:
+            axis.plot(*others, "o", color="0.45", markersize=2.0, markeredgewidth=0.0)
         axis.set_title(heading, fontsize="medium")
         lowest = i + columns >= len(panels)
         axis.tick_params(labelbottom=lowest, labelleft=i % columns == 0)

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -44,6 +45,7 @@ ROUNDING = 1e-13  # of the size of a variable: the last coefficients of a panel 
 NOISE = 1e-8  # of it: what does not fall on narrower panels and is less is what cancelled in an output
 WIDEST, ROUNDS = 0.25, 12  # of the period: widest panel; how often one is cut in four
 SLACK = 0.2  # of what a variable spans on a panel: by less than that it rises beyond its nodes and ends
+SPEEDS = {"N": "m/s", "N m": "rad/s"}  # by the unit of a force
 WRITTEN = re.compile(r"(\w+)\((.+)\)")
 
 X, W = legendre.leggauss(NODES)
@@ -78,7 +80,9 @@ class Amount:
         return AMOUNTS[self.kind].label.format(" through ".join(self.names))
 
     def unit(self, unit_of: Callable[[str], str]) -> str:
-        """Its unit, from those of variables."""
+        """Its unit, from those of variables; of a contact from that of its force."""
+        if AMOUNTS[self.kind].takes == ("contact",):
+            return SPEEDS.get(unit_of(f"{self.names[0]}_force"), "1")
         return AMOUNTS[self.kind].unit or unit_of(self.names[0])
 
 
@@ -197,7 +201,7 @@ AMOUNTS: dict[str, _Kind] = {
     "mean": _Kind("mean {}", _mean),
     "rms": _Kind("root mean square of {}", _rms),
     "energy": _Kind("energy of {} in a period", _energy, ("variable or rigid contact", "state"), "J"),
-    "impact_speed": _Kind("largest impact speed of {}", _impact_speed, ("contact",), "m/s"),
+    "impact_speed": _Kind("largest impact speed of {}", _impact_speed, ("contact",)),
 }
 KINDS_TOLD = ", ".join(f"{name}({','.join(kind.takes)})" for name, kind in AMOUNTS.items())
 
@@ -246,9 +250,10 @@ def read_amount(text: str, fmu: Fmu) -> Amount:
 
 
 class Measured:
-    """One quantity of any number of motions of an FMU, by one instance of it.
+    """One quantity of any number of motions of an FMU, by one instance of it; or the extremes of all its states.
 
     Args:
+        amount: the quantity; None for ``extremes``.
         by: names that a ``Direction`` may have; the states if left out.
         tolerance: relative local error of a step.
 
@@ -256,27 +261,40 @@ class Measured:
         by_works: it is work of impacts, which has no derivative here.
     """
 
-    def __init__(self, fmu: Fmu, amount: Amount, by: Sequence[str] = (), tolerance: float = 1e-14) -> None:
-        self.amount, self._events_alone = amount, AMOUNTS[amount.kind].takes == ("contact",)
-        variables = {*fmu.states, *fmu.outputs}
-        self.by_works = amount.kind == "energy" and amount.names[0] not in variables
-        self._names = [name for name in amount.names if name in variables] or fmu.states[:1]
-        self._run = SensitiveRun(fmu, by=by or fmu.states, recorded=self._names, tolerance=tolerance)
+    def __init__(
+        self, fmu: Fmu, amount: Amount | None = None, by: Sequence[str] = (), tolerance: float = 1e-14
+    ) -> None:
+        self.amount, variables = amount, {*fmu.states, *fmu.outputs}
+        of = amount.names if amount else tuple(fmu.states)
+        self.by_works = amount is not None and amount.kind == "energy" and of[0] not in variables
+        self._speeds = amount is not None and AMOUNTS[amount.kind].takes == ("contact",)
+        self._names = [name for name in of if name in variables] or fmu.states[:1]
+        self._run = SensitiveRun(fmu, by=by or fmu.states, recorded=self._names, passage=True, tolerance=tolerance)
 
     def of(self, span: tuple[float, float], run: Mapping[str, Any], along: Direction | None = None) -> Vector:
         """(2,) the quantity over a span, s, and its derivative along a direction; nan without one, and where a motion
         has none, since it touches what it does not cross.
 
-        run: parameters, inputs and start as of ``simulate``.
+        run: parameters, inputs, start and start_time as of ``simulate``; it begins with the span if it does not say.
 
         Raises:
             StickslipError: the motion cannot be continued.
         """
+        assert self.amount is not None
+        value, slope = AMOUNTS[self.amount.kind].of(self._panels(span, run, along), *self.amount.names)
+        return np.array([value, np.nan if along is None else slope])
+
+    def extremes(self, span: tuple[float, float], run: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+        """The smallest and the largest value of every state over a span, s; arguments and errors as of ``of``."""
+        panels = self._panels(span, run, None)
+        return {n: (float(panels.extreme(n, -1.0)[0]), float(panels.extreme(n, 1.0)[0])) for n in self._names}
+
+    def _panels(self, span: tuple[float, float], run: Mapping[str, Any], along: Direction | None) -> _Panels:
         begin, end = span
-        inputs, settings = run.get("inputs"), (run.get("parameters"), run.get("start"))
+        start, settings = run.get("start_time", begin), (run.get("parameters"), run.get("start"))
 
         def window(times: Vector) -> Any:
-            return self._run.window(times, start_time=begin, inputs=inputs)
+            return self._run.window(times, start_time=start, inputs=run.get("inputs"))
 
         _, events = self._run.values(window(np.array([end])), *settings)
         inner = sorted({event.time for event in events if begin < event.time < end})
@@ -285,22 +303,19 @@ class Measured:
             lambda times: self._run.values(window(np.append(times, end)), *settings)[0][:-1],
         )
         slopes, moves, speeds = np.full_like(values, np.nan), np.zeros_like(ends), np.full((len(events), 2), np.nan)
-        if along is not None or self._events_alone:
-            try:
+        sensed = None
+        if along is not None or self._speeds:
+            with suppress(StickslipError):  # the motion has no derivative
                 sensed = self._run.over(window(np.concatenate([[begin], _nodes(ends), [end]])), *settings)
-            except StickslipError:  # the motion has no derivative
-                sensed = None
-            if sensed is not None:
-                direction = _turned(sensed, self._run.by, self._run.fmu.states, along or Direction({}, 0.0, 0.0))
-                slopes = (sensed.derivative[1:-1] @ direction).reshape(values.shape)
-                moves = _moves(ends, sensed, direction, (begin, end), along)
-                passage, events = sensed.passage, sensed.events
-                speeds = np.stack([passage.speeds, passage.speed_derivatives @ direction], axis=1)
+        if sensed is not None and sensed.passage is not None:
+            passage, events = sensed.passage, sensed.events
+            direction = _turned(passage.rates[0], self._run.by, self._run.fmu.states, along or Direction({}, 0.0, 0.0))
+            slopes = (sensed.derivative[1:-1] @ direction).reshape(values.shape)
+            moves = _moves(ends, sensed, direction, (begin, end), along)
+            speeds = np.stack([passage.speeds, passage.speed_derivatives @ direction], axis=1)
         stretch = along.end - along.begin if along else 0.0
         columns, rates = ({name: a[..., i] for i, name in enumerate(self._names)} for a in (values, slopes))
-        panels = _Panels(ends, columns, rates, moves, end - begin, stretch, events, speeds)
-        value, slope = AMOUNTS[self.amount.kind].of(panels, *self.amount.names)
-        return np.array([value, np.nan if along is None else slope])
+        return _Panels(ends, columns, rates, moves, end - begin, stretch, events, speeds)
 
 
 def _cut(edges: Vector, widest: float) -> Vector:
@@ -337,10 +352,10 @@ def _resolved(ends: Vector, run: Callable[[Vector], Vector]) -> tuple[Vector, Ve
         ends, before = ends[order], before[order]
 
 
-def _turned(sensed: Sensitivity, by: Sequence[str], states: Sequence[str], along: Direction) -> Vector:
+def _turned(rates: Vector, by: Sequence[str], states: Sequence[str], along: Direction) -> Vector:
     """(m,) the direction, where a begin that comes later is a start that lies further back."""
     direction = np.array([along.by.get(name, 0.0) for name in by])
-    for name, rate in zip(states, sensed.passage.rates[0], strict=True):
+    for name, rate in zip(states, rates, strict=True):
         if name in by:
             direction[list(by).index(name)] -= rate * along.begin
     return direction

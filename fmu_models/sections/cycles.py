@@ -1,8 +1,7 @@
 """The motion that a run ends in, measured to rounding: its period, its extremes, its shares of stick.
 
 A cycle begins where a contact starts to stick (or, where none ever does, at the last kind of event), and ends where
-that happens again in the same state; a coordinate upon which nothing depends need not come back. Extremes lie where the
-rate of a state vanishes, or at an event, just before it or after it.
+that happens again in the same state; a coordinate upon which nothing depends need not come back.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,16 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from fmu_models.base.arrays import Flags, Vector
+from fmu_models.base.arrays import Flags
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.sections.amounts import Measured
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.trajectory import Event, Trajectory
 
-SAMPLES = 2001  # of a cycle, and so many more between neighbouring events, so that a short contact is seen too
-BETWEEN = 33
-ROUNDS = 12  # of asking the run for its states where the rate seems to vanish
-PEAKS = 16  # asked for in one round, per state and side
+SAMPLES = 2001  # of all marks together
+TOLERANCE = 1e-14  # of a run, where it is not said
 MOST = 12  # marks in one cycle
 CLOSED = 1e-7  # of the size of each state, up to which a motion counts as closed: what a decaying transient leaves
 
@@ -71,8 +69,9 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
     if until - stop > 2.0 * (stop - start):
         return None
     inside, span = tuple(event for event in events if start <= event.time < stop), (float(start), float(stop))
-    trajectory, ends_of = extremes(fmu, inside, *span, run)
-    at = dict(zip(trajectory.time, trajectory[fmu.states[0]], strict=True))
+    ends_of = Measured(fmu, tolerance=run.get("tolerance") or TOLERANCE).extremes(span, {"start_time": 0.0, **run})
+    times = np.unique([event.time for event in inside])
+    at = dict(zip(times, simulate(fmu, stop, output_times=times, **run)[fmu.states[0]], strict=True))
     angles: dict[tuple[str, int], list[float]] = {}
     for event in inside:
         angles.setdefault((event.contact, event.after), []).append(float(at[event.time]))
@@ -98,57 +97,6 @@ def _closed(states: Trajectory, marked: Flags, names: Sequence[str]) -> int | No
         if all(abs(at[n][-1] - at[n][-1 - lag]) <= CLOSED * sizes[n] for n in names):
             return lag
     return None
-
-
-def extremes(
-    fmu: Fmu, inside: Sequence[Event], start: float, stop: float, run: Mapping[str, Any]
-) -> tuple[Trajectory, dict[str, tuple[float, float]]]:
-    """The cycle sampled, and the smallest and the largest value of each state.
-
-    The cubics through values and rates at neighbouring times say where a value beyond all known ones may lie; the run
-    is asked for it there, until none is left. It is exact at any time, and a value near its extreme hardly depends on
-    when it is taken.
-    """
-    events = np.unique([*(event.time for event in inside), start, stop])
-    inner = np.linspace(events[:-1], events[1:], BETWEEN)
-    before = np.nextafter(events[1:], -np.inf)
-    times = np.unique([*np.linspace(start, stop, SAMPLES), *inner.ravel(), *before])
-    sampled = simulate(fmu, stop, output_times=times, **run)
-    time, names = sampled.time, fmu.states
-    # the states, then their rates, at all the times asked for
-    derivatives = np.stack([sampled[name] for name in (*names, *(f"der({name})" for name in names))])
-    for _ in range(ROUNDS):
-        signed = [s * derivatives[[i, len(names) + i]] for i in range(len(names)) for s in (1, -1)]
-        beyond = [_beyond(time, x, rate) for x, rate in signed]
-        extra_times = np.setdiff1d(np.concatenate(beyond), time)
-        if not extra_times.size:
-            break
-        extra_run = simulate(fmu, stop, output_times=extra_times, **run)
-        extra_values = np.stack([extra_run[name] for name in (*names, *(f"der({name})" for name in names))])
-        order = np.argsort(time := np.concatenate([time, extra_times]))
-        time, derivatives = time[order], np.concatenate([derivatives, extra_values], axis=1)[:, order]
-    lowest, highest = derivatives.min(axis=1), derivatives.max(axis=1)
-    return sampled, {name: (float(lowest[i]), float(highest[i])) for i, name in enumerate(names)}
-
-
-def _beyond(time: Vector, x: Vector, rate: Vector) -> Vector:
-    """Times at which x may be larger than all its known values (n,), given its rates there: the most promising ones."""
-    h = np.diff(time)
-    rise = np.diff(x)
-    # x[0] + slope u + bend u^2 + twist u^3, u from 0 to 1
-    slope, end = h * rate[:-1], h * rate[1:]
-    bend, twist = 3.0 * rise - 2.0 * slope - end, slope + end - 2.0 * rise
-    with np.errstate(divide="ignore", invalid="ignore"):
-        half = -(bend + np.copysign(np.sqrt(bend**2 - 3.0 * twist * slope), bend))
-        roots = np.stack([half / (3.0 * twist), slope / half])
-        values = x[:-1] + roots * (slope + roots * (bend + roots * twist))
-    size = np.abs(x).max()
-    # over a jump at an event there is no cubic
-    smooth = h > 4.0 * np.spacing(np.abs(time[1:]))
-    larger = (roots > 0.0) & (roots < 1.0) & smooth & (values > x.max() + np.finfo(float).eps * size)
-    where = np.flatnonzero(larger.ravel())
-    best = where[np.argsort(values.ravel()[where])[-PEAKS:]]
-    return (time[:-1] + roots * h).ravel()[best]
 
 
 def _stick_shares(contacts: Sequence[str], events: Sequence[Event], start: float, stop: float) -> dict[str, float]:

@@ -58,11 +58,8 @@ class Beside(Shown):
 
     @classmethod
     def read(cls, text: str) -> Beside:
-        """``LOG`` for all of its columns, or ``VARIABLE=LOG:COLUMN``.
-
-        Raises:
-            StickslipError: another form, or a log that cannot be read.
-        """
+        """``LOG`` for all of its columns, or ``VARIABLE=LOG:COLUMN``. StickslipError: another form, or a log that
+        cannot be read."""
         variable, equals, column_text = text.partition("=")
         if not equals:
             return cls(read_measured(text), {})
@@ -70,11 +67,8 @@ class Beside(Shown):
         return cls(read_measured(path), {variable.strip(): column})
 
     def match(self, trajectory: Trajectory) -> list[MeasuredVariable]:
-        """The measured variables of a run.
-
-        Raises:
-            StickslipError: no column is a variable, none lies in the run, or a unit cannot be converted.
-        """
+        """The measured variables of a run. StickslipError: no column is a variable, none lies in the run, or a unit
+        cannot be converted."""
         log, variables = self.log, trajectory.values
         pairs = dict(self.columns) or {name: name for name in log.by_variable if name in variables}
         if not pairs:

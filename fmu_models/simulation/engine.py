@@ -87,10 +87,7 @@ class Engine:
 
     def derivative(self, instance: EngineInstance, of: NDArray[np.uint32], by: int) -> Vector:
         """(n,) derivatives of rates or outputs by one variable, all by reference, where the instance is.
-
-        Raises:
-            StickslipError: one of them has none there.
-        """
+        StickslipError: one of them has none there."""
         derivatives, seed_reference, seed = np.empty(len(of)), c_uint32(by), c_double(1.0)
         values = [(byref(seed), 1), (derivatives.ctypes.data, len(of))]
         numbers = [number for value in values for number in (value if self._counted else value[:1])]

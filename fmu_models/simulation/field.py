@@ -19,6 +19,8 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of, indicators_of
 
+TOLERANCE = 1e-14  # of the engine, which makes no step here
+
 
 @dataclass(frozen=True, eq=False)
 class FieldRates:
@@ -47,11 +49,7 @@ class HasRates(Protocol):
 
 def is_forced(field: HasRates, point: Vector) -> bool:
     """Whether a periodic signal drives the model, or rates or events at a point (n,) depend on time, looked at when no
-    harmonic is the same by chance.
-
-    Raises:
-        StickslipError: the engine refuses the point.
-    """
+    harmonic is the same by chance. StickslipError: the engine refuses the point."""
     if field.fmu.signals:
         return True
     first, *others = (field.at(point, time=time) for time in (0.0, 0.7310585786, 2.391046))
@@ -64,14 +62,13 @@ class VectorField:
     Args:
         fmu: that was opened.
         constants: parameters and inputs that are not at their default.
-        tolerance: of the engine.
 
     Raises:
         StickslipError: as ``engine_of``.
     """
 
-    def __init__(self, fmu: Fmu, constants: Mapping[str, float], tolerance: float = 1e-14) -> None:
-        self.fmu, self.tolerance = fmu, tolerance
+    def __init__(self, fmu: Fmu, constants: Mapping[str, float]) -> None:
+        self.fmu = fmu
         self._constants = {self._reference(name): float(value) for name, value in constants.items()}
         self._engine = engine_of(fmu)
         self._instance = self._engine.take()
@@ -89,11 +86,8 @@ class VectorField:
     def at(
         self, states: Sequence[float] | Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0
     ) -> FieldRates:
-        """The rates at states (n,), with other values of parameters or inputs.
-
-        Raises:
-            StickslipError: the engine refuses the point.
-        """
+        """The rates at states (n,), with other values of parameters or inputs. StickslipError: the engine refuses the
+        point."""
         self._start(states, parameters, time)
         request = whole_run.Request(np.array([time]), self._read)
         row = whole_run.run(self._engine, self._instance, request).values[0]
@@ -108,10 +102,7 @@ class VectorField:
         time: float = 0.0,
     ) -> Vector:
         """(n, n + len(by)) derivatives of the rates by the states and by parameters or inputs, contact states held.
-
-        Raises:
-            StickslipError: the engine refuses the point, or a rate has no derivative there.
-        """
+        StickslipError: the engine refuses the point, or a rate has no derivative there."""
         self._start(states, parameters, time)
         seeds = [*self._states, *(self._reference(name) for name in by)]
         of = np.array(self._rates, dtype=np.uint32)
@@ -124,4 +115,4 @@ class VectorField:
             raise StickslipError(
                 f"'{self.fmu.description.modelName}' has no rates at {states}: a number is not finite."
             )
-        self._instance.restart({**self._constants, **values, **start_values}, time, self.tolerance)
+        self._instance.restart({**self._constants, **values, **start_values}, time, TOLERANCE)

@@ -89,11 +89,8 @@ class MeasuredLog(Shown):
         return {self.variables.get(column, column): column for column in self.columns}
 
     def values(self, column: str, unit: str | None, purpose: str) -> Vector:
-        """A column (n,) in a unit; as it is where that or its own is not stated.
-
-        Raises:
-            StickslipError: no such column, or a unit that cannot be converted; says for which ``purpose``.
-        """
+        """A column (n,) in a unit; as it is where that or its own is not stated. StickslipError: no such column, or a
+        unit that cannot be converted; says for which ``purpose``."""
         name = column if column in self.columns else self.by_variable.get(column)
         if name is None:
             raise StickslipError(
@@ -115,11 +112,8 @@ class MeasuredLog(Shown):
 
 
 def in_unit(values: Vector, stated_unit: str | None, unit: str | None, where: str) -> Vector:
-    """Values (n,) in a unit; as they are where that or the stated one is not known.
-
-    Raises:
-        StickslipError: one cannot be converted to the other; begins with ``where``.
-    """
+    """Values (n,) in a unit; as they are where that or the stated one is not known. StickslipError: one cannot be
+    converted to the other; begins with ``where``."""
     return values * conversion(stated_unit, unit, where) if stated_unit and unit and stated_unit != unit else values
 
 
@@ -130,19 +124,13 @@ LOGS: Registry[Callable[[Path], MeasuredLog]] = Registry(
 
 def read_measured(path: str | os.PathLike[str]) -> MeasuredLog:
     """Every column of a log of any kind over its time, as its ``datapackage.json`` describes them where there is one.
-
-    Raises:
-        StickslipError: no such file, no column of times, or times that run back.
-    """
+    StickslipError: no such file, no column of times, or times that run back."""
     return LOGS.load("measured")(Path(path))
 
 
 def column_of_log(text: str, folder: Path | None = None) -> tuple[Path, str]:
-    """File and column of ``LOG:COLUMN``; a relative file is in ``folder``, or the working folder.
-
-    Raises:
-        StickslipError: another form.
-    """
+    """File and column of ``LOG:COLUMN``; a relative file is in ``folder``, or the working folder. StickslipError:
+    another form."""
     places = [i for i, letter in enumerate(text) if letter == ":"]
     halves = [(text[:i], text[i + 1 :].strip()) for i in places]
     pairs = [(Path(folder or "") / path, column) for path, column in halves if path and column]

@@ -106,10 +106,7 @@ class Recording(Shown):
 
 def check_suffix(path: str | os.PathLike[str] | None) -> None:
     """Refuse before the run what could not be written after it. None stands for a file that is not asked for.
-
-    Raises:
-        StickslipError: the suffix says neither CSV nor HDF5.
-    """
+    StickslipError: the suffix says neither CSV nor HDF5."""
     if path is not None and Path(path).suffix.lower() not in SUFFIXES:
         raise StickslipError(f"'{path}' must end in one of {', '.join(SUFFIXES)}, by which the format is chosen.")
 

@@ -156,11 +156,8 @@ class SectionFollower:
         self, start: Mapping[str, float], stop_time: float, *, start_time: float = 0.0
     ) -> Iterator[SectionPoint]:
         """The crossings up to ``stop_time``, one after the other; the motion goes on only as far as they are asked for.
-
-        Raises:
-            StickslipError: unknown state, value out of its range, a stop that is not after the start, a motion that the
-                engine cannot continue, or one that is asked for more after another one has begun.
-        """
+        StickslipError: unknown state, value out of its range, a stop that is not after the start, a motion that the
+        engine cannot continue, or one that is asked for more after another one has begun."""
         fmu = self.fmu
         check_span(start_time, stop_time)
         check_settings(fmu, "state", start, [*fmu.states, *fmu.memories])

@@ -45,7 +45,7 @@ class Sensitivity(Tabular):
         seconds: wall time of the engine, s.
         one_sided: several events came at one instant, at times that depend on a direction in different ways (a corner):
             the derivatives hold for the neighbours on one side, whose events come in the order of the contacts.
-        passage: rates of the states at the times, speeds of events.
+        passage: rates of the states at the times, speeds of events; None where it was not asked for.
     """
 
     time: Vector
@@ -57,8 +57,8 @@ class Sensitivity(Tabular):
     event_derivative: Vector
     steps: int
     seconds: float
-    one_sided: bool
-    passage: whole_run.Passage
+    one_sided: bool = False
+    passage: whole_run.Passage | None = None
 
     @property
     def frame(self) -> pandas.DataFrame:
@@ -103,6 +103,7 @@ class SensitiveRun(Shown):
         by: what to differentiate by: parameters, states (their start values), inputs (a constant added to the input),
             and ``<stop>_memory``, the speed at which a stop was entered before the start.
         recorded: states, outputs and ``<stop>_memory``; default all states.
+        passage: Tell what runs pass, too.
         tolerance: relative local error of a step, of motion and derivatives. Looser ones are followed, unlike those of
             ``simulate``: 1e-10 takes half the time where steps are many.
 
@@ -111,7 +112,13 @@ class SensitiveRun(Shown):
     """
 
     def __init__(
-        self, fmu: Fmu, *, by: Sequence[str], recorded: Sequence[str] | None = None, tolerance: float = 1e-14
+        self,
+        fmu: Fmu,
+        *,
+        by: Sequence[str],
+        recorded: Sequence[str] | None = None,
+        passage: bool = False,
+        tolerance: float = 1e-14,
     ) -> None:
         self.fmu, self.by, self.tolerance = fmu, tuple(by), float(tolerance)
         self.recorded = tuple(fmu.states if recorded is None else recorded)
@@ -130,7 +137,8 @@ class SensitiveRun(Shown):
         directions = np.array([variables[name].valueReference for name in self.by], dtype=np.uint32)
         self._engine = engine_of(fmu)
         self._instance: EngineInstance | None = self._engine.take()
-        self._differentiator = whole_run.Differentiator(self._engine, self._instance, directions, len(fmu.states))
+        told = len(fmu.states) if passage else None
+        self._differentiator = whole_run.Differentiator(self._engine, self._instance, directions, told)
 
     def _contents(self) -> dict[str, object]:
         return {"model": self.fmu.description.modelName, "by": self.by, "recorded": self.recorded}
@@ -189,7 +197,6 @@ class SensitiveRun(Shown):
         events = Events(result.events, self._contacts, self._rigid), event_derivatives
         recorded = window.request.times, self.recorded, result.values, self.by, derivatives
         passage = self._differentiator.passage
-        assert passage is not None  # it is asked for above
         return Sensitivity(*recorded, *events, result.steps, result.seconds, one_sided, passage)
 
     def values(

@@ -73,10 +73,7 @@ def run(
 
 def crossings(engine: Engine, instance: EngineInstance, request: Request, section: SectionRequest) -> Iterator[Vector]:
     """Rows (m,) of the values recorded at one crossing after the other; the run goes on only as far as it is iterated.
-
-    Raises:
-        StickslipError: the engine cannot continue the motion.
-    """
+    StickslipError: the engine cannot continue the motion."""
     values = np.empty((request.times.size, request.references.size))
     row = np.empty(request.references.size)
     c = structure(request, values, instance)

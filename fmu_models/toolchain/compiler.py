@@ -73,11 +73,8 @@ class Compiler:
 
 
 def compiler_for(target: str | None = None) -> Compiler:
-    """The compiler that builds for a target, such as "aarch64-linux-gnu.2.17"; None is this machine.
-
-    Raises:
-        StickslipError: there is none, with the line that installs one.
-    """
+    """The compiler that builds for a target, such as "aarch64-linux-gnu.2.17"; None is this machine. StickslipError:
+    there is none, with the line that installs one."""
     try:
         zig = [sys.executable, "-m", "ziglang"]
         return Compiler(f"ziglang {metadata.version('ziglang')}", (*zig, "cc"), (*zig, "c++"), cross=True)

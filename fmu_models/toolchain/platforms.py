@@ -47,10 +47,7 @@ def this_platform() -> Platform:
 
 def platforms(names: Sequence[str]) -> tuple[Platform, ...]:
     """The platforms of names such as "win64", a folder's name of either version, "host" or "all"; each once.
-
-    Raises:
-        StickslipError: a name that is unknown, or none.
-    """
+    StickslipError: a name that is unknown, or none."""
     also = {folder: p for p in PLATFORMS.values() for folder in (p.fmi2, p.fmi3)} | PLATFORMS
     chosen: dict[Platform, None] = {}
     for name in names:

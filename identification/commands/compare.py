@@ -1,10 +1,11 @@
 """Command that compares the fitted model with measurements."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from fmu_models.base import console
+from fmu_models.base.shipped import is_scene
 from fmu_models.commands.bundles import Without, bundled
 from identification.commands.calibrations import compare_calibration
 from identification.commands.fits import ANY_MODEL, MACHINE, RIG, FitFile, draw_families, fitted_kind
@@ -38,18 +39,26 @@ def compare(
 
     Logs above the bifurcation, where the disc slides steadily, belong to the family.
 
+    A scene in place of the fit is held against them with its own values: points of the logs beside its motions.
+
     A fitted machine is run beside its logs, from the measured state by the measured efforts. A calibrated model is run
     along each log, those held out among them, from start states that are found anew; what is left is tested.
 
     Example: stickslip compare fit.json data/rigs/paper_rubber --figure family.png
 
     Example: stickslip compare tanks.json test.csv
+
+    Example: stickslip compare disc_rig_figure_9 bench_9 --figure figure_9.png
     """
     from identification.fit.result import read_fit
     from identification.model_check.families import compare_families
     from identification.model_check.table import comparison_report
 
     files.check()
+    if is_scene(str(fitted)):
+        refuse("a scene", "a fit", {"scene": scene, "machine": machine, "window": window})
+        _compare_scene(str(fitted), logs, stated(settings), (repair, reader), files)
+        return
     kind = fitted_kind(fitted)
     if kind == ANY_MODEL:
         given = {"set": settings, "scene": scene, "window": window, "repair": repair, "reader": reader}
@@ -78,3 +87,26 @@ def compare(
         "families": [family.to_dict() for family in families],
     }
     files.say(content, lambda: comparison_report(families), figures)
+
+
+def _compare_scene(place: str, logs: Logs, settings: Any, how: tuple[Any, Any], files: ResultFiles) -> None:
+    """Points of logs beside the motions of a scene."""
+    from fmu_models.fmu.fmu import Fmu
+    from fmu_models.report.scene_figure import draw_scene
+    from fmu_models.scene.compute import compute
+    from fmu_models.scene.read import read_scene
+    from fmu_models.scene.reduce import built_scene
+    from identification.model_check.bench_points import bench_points
+
+    scene = read_scene(place)
+    with console.progress("comparing") as advance:
+        fmu = Fmu.open(built_scene(scene))
+        rows = compute(scene, fmu, advance)
+        points = bench_points(scene, rows, read_logs(logs, settings, *how))
+    if files.figure:
+        beside = [one and (one.angle, one.speed) for one in points]
+        draw_scene(scene, fmu, rows, files.figure, beside=beside, overwrite=files.overwrite)
+    found = [{"at": one.at, "log": one.log, "distance": one.distance} for one in points if one]
+    columns = (f">{scene.compute.over}, rad/s", "log", ">rms distance, half ranges")
+    told = [[f"{one['at']:g}", one["log"], f"{one['distance']:.3g}"] for one in found]
+    files.say({"scene": scene.name, "points": found}, lambda: console.table(scene.title, columns, told))

@@ -18,7 +18,7 @@ import numpy as np
 from identification.laws.law import FittableLaw
 from identification.measurement.motion import SMOOTHING, drive_angle, savitzky_golay
 from identification.measurement.pooled import Pool, RigValues, speed_name
-from identification.measurement.slip_segments import stretches
+from rig_io.logs.log import stretches
 
 STEP = 8e-3  # s, of the motion from the release on
 BEFORE, AFTER = 0.4, 0.08  # natural periods about the instant at which slip is seen: slow drives let go long before

@@ -110,15 +110,11 @@ class FittedModel(Shown):
     ) -> Trajectory:
         from fmu_models.simulation.run import simulate
 
-        start = self._start_states(drive_speeds) if start is None else start
+        if start is None:  # stick on the first disc, near where it lets go, so that one release leads onto the cycle
+            speed = self.parameters["r"] * drive_speeds[self.contacts[0]] / self.parameters["R"]
+            start = {"theta": 0.0, "omega": speed, **self.start}
         how = {"parameters": self.parameters, "start": start, "inputs": inputs(drive_speeds)}
         return simulate(self.fmu, float(times[-1]), output_times=times, **how)
-
-    def _start_states(self, drive_speeds: Mapping[str, float]) -> dict[str, float]:
-        """Stick on the first disc, near where it lets go, so that one release leads onto the cycle."""
-        first = self.contacts[0]
-        speed = self.parameters["r"] * drive_speeds[first] / self.parameters["R"]
-        return {"theta": 0.0, "omega": speed, **self.start}
 
     def sliding(self, drive_speeds: Mapping[str, float]) -> Sliding | None:
         """Steady sliding: where the body rests, and its damping there; None where it cannot rest in slip.

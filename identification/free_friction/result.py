@@ -18,6 +18,7 @@ from fmu_models.base.columns import frame_of
 from fmu_models.base.digits import value_with_sd
 from fmu_models.base.shown import Shown
 from fmu_models.language.law_parameter import KNOT_SPACING, KNOTS_INSIDE, STEEPNESS
+from rig_io.logs.log import stretches
 
 if TYPE_CHECKING:
     import pandas
@@ -160,11 +161,10 @@ class FreeFriction(Shown):
         values = law(speed)
         values = values * float(weight @ (values * curve)) / float(weight @ values**2)
         outside = seen & (np.abs(values - curve) > self.simultaneous * deviation)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], outside.astype(int), [0]]))).reshape(-1, 2)
         off = values / curve - 1
         return [
             Departure(float(speed[a]), float(speed[b - 1]), float(off[a + np.argmax(np.abs(off[a:b]))]))
-            for a, b in edges
+            for a, b in stretches(outside)
         ]
 
     def words(self, law: Callable[[np.ndarray], np.ndarray]) -> str:

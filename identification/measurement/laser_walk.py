@@ -19,6 +19,7 @@ import numpy as np
 from identification.measurement.disc_motion import angle_sensor, nominal_drives
 from identification.measurement.laser_drift import within
 from identification.measurement.motion import SMOOTHING, DiscMotion, drive_angle
+from rig_io.logs.log import stretches
 
 KNOT = 0.3  # s, between knots of a walk
 PIECE, END = 0.025, 0.02  # s, of a mean; of a stick, at both ends, that is left out
@@ -50,10 +51,9 @@ def _sticks(motion: DiscMotion, r: float, R: float, period: float) -> list[np.nd
     waves = [wave(n * phase) for n in (1, 2) for wave in (np.cos, np.sin)]
     columns = np.column_stack([motion.angle - r / R * turned, turned, motion.angle**2, *waves])
     slow = np.abs(motion.slip(r, R, SMOOTHING * period)[0]) < STICKS
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], slow.astype(int), [0]]))).reshape(-1, 2)
     count, off = max(round(PIECE / motion.step), 1), round(END / motion.step)
     means = []
-    for first, last in ends + np.array([off, -off]):
+    for first, last in stretches(slow) + np.array([off, -off]):
         whole = max(last - first, 0) // count
         pieces = columns[first : first + whole * count].reshape(whole, count, columns.shape[1])
         means.append(pieces.mean(axis=1))

@@ -21,7 +21,7 @@ from identification.inference.uncertainty import clustered_covariance
 from identification.measurement.disc_motion import nominal_drives
 from identification.measurement.motion import SMOOTHING, DiscMotion, drive_angle
 from identification.measurement.pooled import Pool
-from identification.measurement.slip_segments import stretches
+from rig_io.logs.log import stretches
 
 BREAKAWAY = 0.93  # of the breakaway force, up to which a stick is used
 CREEP = 0.25  # of the speed of the drive: slip above it is no stick, however slow the drive

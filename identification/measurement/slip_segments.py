@@ -13,6 +13,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from identification.measurement.motion import SMOOTHING, DiscMotion
+from rig_io.logs.log import stretches
 
 THRESHOLD = 0.01  # m/s
 TRIM = 1.0  # smoothing windows at both ends: half of one would leave values chosen by their own noise (p: -2 %)
@@ -38,12 +39,6 @@ class SlipSegment:
     def drive(self) -> np.ndarray:
         """Speed of the driving disc (m,), rad/s."""
         return self.motion.drive[self.first : self.last]
-
-
-def stretches(mask: np.ndarray) -> np.ndarray:
-    """First and past-the-last index (m, 2) of each run of true values in (n,)."""
-    edge = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return edge.reshape(-1, 2)
 
 
 def slip_segments(

@@ -11,9 +11,9 @@ from identification.measurement.disc_motion import fuse
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.motion import SMOOTHING, DiscMotion, savitzky_golay
 from identification.measurement.pooling import at_rest, check_contacts, check_same_rig, motions_in_pieces
-from identification.measurement.slip_segments import THRESHOLD, stretches
+from identification.measurement.slip_segments import THRESHOLD
 from identification.model_check.portraits import LIMITS, PHASES, Portrait, Rest, Stick
-from rig_io.logs.log import RigLog
+from rig_io.logs.log import RigLog, stretches
 
 CYCLES = 5  # natural periods: a shorter piece of a log with gaps shows no portrait
 HYSTERESIS = 0.25  # of the half range, that the angle must fall below the middle before it counts as rising through it

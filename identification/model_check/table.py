@@ -105,7 +105,9 @@ def _sentence(pair: BifurcationComparison) -> str:
             text = f"carried on to no stick {measured_speed(pair.measured)} rad/s"
             clauses.append(text + (f" (the model alike: {pair.alike:.4g})" if pair.alike is not None else ""))
     agreed = {True: " They agree.", False: " They do not agree.", None: ""}[pair.passed]
-    title = pair.predicted.words if pair.predicted is not None else _change(pair)
+    title, seen = "" if pair.predicted is None else pair.predicted.words, pair.measured
+    if pair.predicted is None and seen is not None:
+        title = Transition(seen.varied, seen.low, seen.before, seen.after).words
     return f"{title[0].upper()}{title[1:]}: {', '.join(clauses)}.{agreed}"
 
 
@@ -117,11 +119,6 @@ def speed_within(speed: float, reach: float) -> str:
 def measured_speed(measured: MeasuredBifurcation) -> str:
     """The drive speed at which stick ends when the measured stick is carried on, with half its 95 % interval, rad/s."""
     return speed_within(measured.estimate or 0.0, COVER * (measured.deviation or 0.0))
-
-
-def _change(pair: BifurcationComparison) -> str:
-    measured = pair.measured
-    return "" if measured is None else Transition(measured.varied, measured.low, measured.before, measured.after).words
 
 
 def _shares(motion: Portrait | Rest) -> str:

@@ -32,8 +32,9 @@ from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, SimulatedMotion, fitted_model, fitted_rig, fmu_parameters
 from identification.inference.problem import determines
 from identification.laws import FittableLaw
-from identification.measurement.slip_segments import THRESHOLD, stretches
+from identification.measurement.slip_segments import THRESHOLD
 from identification.next_step.information import free_of
+from rig_io.logs.log import stretches
 
 RATE = 1000.0  # Hz, at which logs are simulated
 OBSERVED = 12.0  # natural periods of the simulated motion that are looked at

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.measurement.slip_segments import stretches
 from identification.model_check.bifurcations import COVER
 from identification.model_check.portraits import PHASES, Portrait, Rest
 from identification.model_check.table import measured_speed, speed_within
+from rig_io.logs.log import stretches
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ from identification.estimators.base import Options
 from identification.fit.causes import terms_found
 from identification.fit.fit import SENSORS
 from identification.fit.result import FrictionFit
-from identification.inference.problem import Evaluation, Prior, solve
+from identification.inference.problem import Evaluation, solve
 from identification.laws import find_law
 from identification.laws.joint_law import sought_law
 from identification.measurement.pooled import Pool
@@ -28,19 +28,13 @@ def refitted(fit: FrictionFit, ready: Pool) -> tuple[Evaluation, tuple[str, ...]
     law = options.bounded(sought_law(find_law(fit.law_reference), ready.contacts, ready.arrangement))
     estimate = ESTIMATORS.load(fit.estimator).estimate(ready, law, options)
     problem, solution = estimate.problem, estimate.solution
-    held = tuple(_adjusted(prior, fit) for prior in problem.held)
+    # as the fit has adjusted them, where these logs state them as those of the fit did
+    adjusted = {(constant.name, constant.before): constant.value for constant in fit.constants}
+    held = tuple(replace(p, value=adjusted.get((p.name, p.value), p.value)) for p in problem.held)
     if held != problem.held:
         problem = problem.with_held(held)
         solution = solve(problem, solution.values, fixed=options.given.fixed(problem))
     return solution.evaluation, (_reproduced(fit, solution.values),)
-
-
-def _adjusted(prior: Prior, fit: FrictionFit) -> Prior:
-    """A constant as the fit has adjusted it, if these logs state it as those of the fit did."""
-    stated = next(
-        (constant for constant in fit.constants if constant.name == prior.name and constant.before == prior.value), None
-    )
-    return prior if stated is None else replace(prior, value=stated.value)
 
 
 def _reproduced(fit: FrictionFit, values: Sequence[float] | np.ndarray) -> str:

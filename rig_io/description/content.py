@@ -60,7 +60,8 @@ def features(values: np.ndarray) -> Features | None:
     step = float(np.median(rises)) if len(rises) else 0.0
     different = np.diff(np.unique(value))
     level = float(different.min()) if len(different) else 0.0
-    smooth = _smooth(value)
+    reach = max(len(value) // 2000, 1)
+    smooth = value[: len(value) // reach * reach].reshape(-1, reach).mean(axis=1)
     band = 0.05 * span
     mean = abs(float(value.mean()))
     return Features(
@@ -75,11 +76,6 @@ def features(values: np.ndarray) -> Features | None:
         _turns(smooth, band),
         float(value.std()) / mean if mean > 0 else np.inf,
     )
-
-
-def _smooth(value: np.ndarray) -> np.ndarray:
-    reach = max(len(value) // 2000, 1)
-    return value[: len(value) // reach * reach].reshape(-1, reach).mean(axis=1)
 
 
 def _turns(value: np.ndarray, band: float) -> int:

@@ -49,7 +49,8 @@ def named(name: str) -> dict[str, float]:
         return {}
     weights: dict[str, float] = {}
     drive = re.search(_DRIVE, text) is not None
-    disc = _number(text)
+    # of the driving disc: 1 where a 2, or a word for the second, stands alone
+    disc = 1 if re.search(r"(?<![\d.])2(?![\d.])|links|left|second|zweit", text) else 0
     if re.search(_EDGE, text):
         weights[f"drive{disc}_edge_time" if drive else "encoder_edge_time"] = CLEAR
         return weights
@@ -79,8 +80,3 @@ def unit_named(name: str, role: str) -> str | None:
 
 def _words(name: str) -> str:
     return re.sub(r"[_\W]+", " ", plain(name)).strip()
-
-
-def _number(text: str) -> int:
-    """Number of the driving disc: 1 where a 2, or a word for the second, stands alone; else 0."""
-    return 1 if re.search(r"(?<![\d.])2(?![\d.])|links|left|second|zweit", text) else 0

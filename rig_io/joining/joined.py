@@ -122,7 +122,10 @@ def _by_time(tables: Sequence[Table]) -> Joined:
         _check_zones(first, table)
         if table.units != first.units:
             raise StickslipError(f"{first.source} and {table.source} state different units. Record them alike.")
-    moved = [_from(first, table) for table in in_seconds]
+    moved = []  # clocks that count from the zero of the first one's
+    for table in in_seconds:
+        later = (table.begin - first.begin).total_seconds() if first.begin and table.begin else 0.0
+        moved.append(_shifted(table, later, table.stamps))
     order = sorted(range(len(in_seconds)), key=lambda i: moved[i].columns[TIME.name][0])
     if all(table.begin is None for table in in_seconds):
         order = list(range(len(in_seconds)))  # clocks that begin anew do not tell which came first
@@ -140,13 +143,6 @@ def _check_zones(first: Table, second: Table) -> None:
             f"{first.source} and {second.source}: the stamps of one state a date or a time zone, those of the other do "
             "not, so that they cannot be put in order. Write both alike."
         )
-
-
-def _from(first: Table, table: Table) -> Table:
-    """A table whose clock counts from the zero of the first one's."""
-    if first.begin is None or table.begin is None:
-        return table
-    return _shifted(table, (table.begin - first.begin).total_seconds(), table.stamps)
 
 
 def _shifted(table: Table, shift: float, names: Sequence[str]) -> Table:

@@ -270,6 +270,11 @@ class RigLog(Tabular):
         )
 
 
+def stretches(mask: np.ndarray) -> np.ndarray:
+    """First and past-the-last index (m, 2) of each run of true values in (n,)."""
+    return np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))).reshape(-1, 2)
+
+
 def gaps(time: np.ndarray) -> np.ndarray:
     """Samples (m,) before which a rising clock (n,) leaps by more than `GAP` of its usual intervals."""
     steps = np.diff(time)

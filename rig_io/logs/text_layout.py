@@ -145,7 +145,10 @@ def layout_of(
     # recorders end every line by a separator: a column of nothing
     first = next((i for i, row in enumerate(rows) if _fits(row, width, kinds, decimal)), None)
     if first is None or not width:
-        raise _no_rows(path, lines)
+        raise StickslipError(
+            f"'{path}' has a header but no rows of numbers: it begins with '{lines[0][:60].strip()}'. If there are, "
+            "say how they are written: stickslip describe FILE --read separator=semicolon --read decimal=comma."
+        )
     names, units, header = _header(path, rows, first, width, options, lines)
     nameless = not any(names)
     unique, doubled = _unique(names)
@@ -352,11 +355,4 @@ def _uneven(path: Path, rows: Sequence[Sequence[str]], header: int, first: int) 
         advice = "A comma as decimal mark needs ';' between cells, or use a decimal point."
     return StickslipError(
         f"'{path}': line {first + 1} has {len(rows[first])} cells, the header has {len(rows[header])}. {advice}"
-    )
-
-
-def _no_rows(path: Path, lines: Sequence[str]) -> StickslipError:
-    return StickslipError(
-        f"'{path}' has a header but no rows of numbers: it begins with '{lines[0][:60].strip()}'. If there are, say "
-        "how they are written: stickslip describe FILE --read separator=semicolon --read decimal=comma."
     )

@@ -43,17 +43,12 @@ def channels(path: str) -> Channels:
         if pyarrow.types.is_decimal(field.type):
             column = column.cast(pyarrow.float64())
         values = column.to_numpy()
-        if values.dtype.kind == "O" and column.null_count and _is_number(field.type):
+        numeric = (pyarrow.types.is_integer, pyarrow.types.is_floating, pyarrow.types.is_boolean)
+        if values.dtype.kind == "O" and column.null_count and any(is_one(field.type) for is_one in numeric):
             values = column.cast(pyarrow.float64()).to_numpy()
         if fits(name, values, left_out):
             collected.append(Channel(name, values, _unit(field)))
     return Channels(collected, left_out, {}, start, stamps)
-
-
-def _is_number(kind: "pyarrow.DataType") -> bool:
-    import pyarrow
-
-    return pyarrow.types.is_integer(kind) or pyarrow.types.is_floating(kind) or pyarrow.types.is_boolean(kind)
 
 
 def _unit(field: "pyarrow.Field") -> str:

@@ -16,7 +16,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from rig_io.logs.columns import TIME
-from rig_io.logs.log import GAP
+from rig_io.logs.log import GAP, stretches
 from rig_io.logs.table import Table
 
 SHORTEST = 10  # samples; fewer cannot show a single movement
@@ -127,7 +127,8 @@ def _risen(
         rebuilt = _rebuilt(time)
         if rebuilt is not None:
             even, resolution = rebuilt
-            shared = f"up to {_longest(np.diff(time) == 0) + 1} rows share a stamp" if same.size else "steps are uneven"
+            longest = int(np.ptp(stretches(np.diff(time) == 0), axis=1).max(initial=0))
+            shared = f"up to {longest + 1} rows share a stamp" if same.size else "steps are uneven"
             remarks.append(
                 f"time is printed to {resolution:g} s only, so that {shared}: it was rebuilt from the interval of "
                 f"{_interval(even):.6g} s. Write time with nine digits after the point."
@@ -144,12 +145,6 @@ def _risen(
         "repeats). Remove doubled rows, or let it be done: --repair duplicates; if the stamps are too coarse, write "
         "time with nine digits after the point."
     )
-
-
-def _longest(mask: np.ndarray) -> int:
-    """Length of the longest run of true values."""
-    edge = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return int(np.max(edge[1::2] - edge[::2], initial=0))
 
 
 def _rebuilt(time: np.ndarray) -> tuple[np.ndarray, float] | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import LaserCalibration, RigLog
+from rig_io.logs.log import LaserCalibration, RigLog, stretches
 from rig_io.sensors.motion import Motion
 
 LEAST_LEVELS = 20  # different readings: with fewer the end of the range cannot be told from a rest
@@ -86,8 +86,7 @@ def saturated(volts: np.ndarray) -> np.ndarray:
         return clipped
     for extreme, following in ((levels[-1], levels[-2]), (levels[0], levels[1])):
         at_extreme = volts == extreme
-        edge = np.flatnonzero(np.diff(np.concatenate([[0], at_extreme.astype(np.int8), [0]])))
-        longest = int(np.max(edge[1::2] - edge[::2]))
+        longest = int(np.ptp(stretches(at_extreme), axis=1).max())
         if longest >= RUN and np.count_nonzero(at_extreme) >= PILED * np.count_nonzero(volts == following):
             clipped |= at_extreme
     return clipped

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
+
+from fmu_models.scene.read import find
 
 TRUTH = {"mu_s0": 0.50, "mu_k0": 0.33, "p0": 20.0, "mu_s1": 0.65, "mu_k1": 0.35, "p1": 15.0, "theta_s": 0.07}
 
@@ -48,3 +51,22 @@ def test_the_command_says_what_two_discs_need(stickslip) -> None:
     stickslip("emulate", "same", "--speeds", "0.41,0.83", "--second-disc", "0.83,0.41", "--duration", "4")
     answer = stickslip("fit", "same")
     assert answer.code == 2 and "turn against one another" in answer.err
+
+
+def test_the_bench_of_a_scene_lies_on_its_curves(stickslip, tmp_path) -> None:
+    """Figure 9: the sensors' noise and the drives' ripple keep the points within 1 % of where the model is."""
+    scene = find("disc_rig_figure_9").read_text("utf-8")
+    short = re.sub(r"\nvalues = .*", "\nvalues = [0.41, 1.4]", scene).partition("\n[[reference]]")[0]
+    (tmp_path / "short.toml").write_text(short.replace("transient =", 'duration = "8 s"\ntransient ='), "utf-8")
+    assert stickslip("emulate", "short.toml", "bench").code == 0
+    found = stickslip("compare", "short.toml", "bench", "--figure", "figure_9.png", "--json")
+    assert found.code == 0, found.err
+    assert [(one["at"], one["log"]) for one in found.json["points"]] == [(0.41, "short-0.41"), (1.4, "short-1.4")]
+    assert all(1e-4 < one["distance"] < 0.01 for one in found.json["points"])
+    assert (tmp_path / "figure_9.png").stat().st_size > 10_000
+    (tmp_path / "other.toml").write_text(short.replace("mu_k0 = 0.35", "mu_k0 = 0.45"), "utf-8")
+    off = stickslip("compare", "other.toml", "bench", "--json")
+    assert all(one["distance"] > 0.03 for one in off.json["points"])
+    (tmp_path / "slow.toml").write_text(short.replace("[0.41, 1.4]", "[0.2, 0.3]"), "utf-8")
+    refused = stickslip("compare", "slow.toml", "bench")
+    assert refused.code == 2 and "No log is of a speed of slow, w0 = 0.2, 0.3" in refused.err

@@ -133,6 +133,7 @@ def test_what_impacts_take_is_what_comes_in():
         branch(system, "D", (5.5, 6.5), settle=True, of=of) for of in ("energy(right)", "impact_speed(right)")
     )
     (work, work_slope), (u, u_slope) = taken.amounts_at(6.0)[0], speed.amounts_at(6.0)[0]
+    assert speed.units["largest impact speed of right"] == "m/s"
     assert work == pytest.approx(0.32 * u**2, rel=1e-12)
     assert work_slope == pytest.approx(0.64 * u * u_slope, rel=1e-8)
 

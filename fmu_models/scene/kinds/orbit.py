@@ -12,7 +12,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.kinds.kind import Kind, Row, period, section_of
 from fmu_models.scene.scene import Scene
-from fmu_models.sections.cycles import extremes
+from fmu_models.sections.amounts import Measured
 from fmu_models.sections.orbits import find_orbit
 from fmu_models.simulation.run import simulate
 
@@ -28,7 +28,7 @@ def _orbit(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     values = {"period": orbit.period, **orbit.start, "stable": float(orbit.stable), "residual": orbit.residual}
     times = np.linspace(0.0, orbit.period, computation.samples)
     trajectory = simulate(fmu, orbit.period, start=dict(orbit.start), output_times=times, **fixed)
-    sides = extremes(fmu, trajectory.events, 0.0, orbit.period, {**fixed, "start": dict(orbit.start)})[1]
+    sides = Measured(fmu).extremes((0.0, orbit.period), {**fixed, "start": dict(orbit.start)})
     for name, (low, high) in sides.items():
         values |= {f"{name}_min": low, f"{name}_max": high}
     return Row(None, values | _multipliers(orbit.multipliers), trajectory)

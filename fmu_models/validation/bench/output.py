@@ -92,11 +92,8 @@ def _grouped(comparison: MethodComparison) -> dict[str, list[str]]:
 
 
 def write_csv(comparisons: Sequence[MethodComparison], path: Path, *, overwrite: bool) -> None:
-    """One line per scene, method and tolerance, numbers in full.
-
-    Raises:
-        StickslipError: the file exists or cannot be written.
-    """
+    """One line per scene, method and tolerance, numbers in full. StickslipError: the file exists or cannot be
+    written."""
     fields = [
         *("scene", "method", "family", "tolerance", "error [1]", "ranked", "events", "missed", "extra"),
         *("event time error [s]", "right-hand sides", "median [s]", "spread [s]", "of ours [1]", "runs", "memory [B]"),
@@ -124,11 +121,8 @@ tbody th { font-weight: normal; } svg { width: 100%; height: auto; } .wide { ove
 
 
 def write_page(comparisons: Sequence[MethodComparison], path: Path, *, overwrite: bool) -> None:
-    """One HTML file with diagrams and tables inside; it asks the network for nothing.
-
-    Raises:
-        StickslipError: the file exists or cannot be written.
-    """
+    """One HTML file with diagrams and tables inside; it asks the network for nothing. StickslipError: the file exists
+    or cannot be written."""
     sections = ["<h1>Error against run time</h1>", f"<p>{escape(CAPTION)} Measured on {escape(machine())}.</p>"]
     for number, comparison in enumerate(comparisons):
         sections += _section(comparison, f"scene{number}")

@@ -42,11 +42,8 @@ def methods() -> tuple[Method, ...]:
 
 
 def chosen(words: list[str] | None) -> tuple[Method, ...]:
-    """The methods whose names contain one of the words; all without words.
-
-    Raises:
-        StickslipError: no name contains one of them.
-    """
+    """The methods whose names contain one of the words; all without words. StickslipError: no name contains one of
+    them."""
     everything = methods()
     if not words:
         return everything

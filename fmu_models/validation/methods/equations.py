@@ -69,11 +69,8 @@ class Equations:
 
     @cache  # noqa: B019  (an Equations lives as long as its problem)
     def forces(self, mode: Mode) -> tuple[Any, ...]:
-        """lambda of every contact in a mode.
-
-        Raises:
-            NotTreated: the forces of contacts that stick or are closed together are not determined.
-        """
+        """lambda of every contact in a mode. NotTreated: the forces of contacts that stick or are closed together are
+        not determined."""
         signs = self.signs(mode)
         known_forces: list[Any] = [self._known_force(i, state, signs) for i, state in enumerate(mode)]
         unknown = [i for i, force in enumerate(known_forces) if force is None]

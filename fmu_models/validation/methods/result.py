@@ -132,10 +132,7 @@ def needs_steady_inputs(problem: MethodProblem, method: str) -> None:
 
 def needs_fields_alone(contact: ContactDynamics, method: str) -> None:
     """Refuse a contact at which states jump by a rule or whose force remembers; ``method``: what cannot treat that.
-
-    Raises:
-        NotTreated: it is such a contact.
-    """
+    NotTreated: it is such a contact."""
     rests = bool(contact.reset_sides & 8)
     if contact.reset or contact.remembers or rests:
         reason = "states jump" if contact.reset else "it may rest" if rests else "the force knows the speed of entry"

@@ -118,14 +118,9 @@ class Run:
             self._kept[key] = self.equations.function(expressions(), self._modules)
         return self._kept[key](t, z)
 
-    def to(
-        self, stepper: SwitchStepper, z: State, stop: Number, progress: Callable[[float], None] | None = None
-    ) -> State:
-        """The state at ``stop``; ``switches`` holds what happened.
-
-        Raises:
-            NotTreated: an event that this loop leaves to the engine.
-        """
+    def to(self, stepper: SwitchStepper, z: State, stop: Number) -> State:
+        """The state at ``stop``; ``switches`` holds what happened. NotTreated: an event that this loop leaves to the
+        engine."""
         self.switches = []
         t: Any = stop * 0
         self._fastest = [0.0] * len(self.contacts)
@@ -140,8 +135,6 @@ class Run:
             if crowd > CROWD:
                 raise NotTreated(f"at {float(t):g} s events follow each other without end (chatter). {BETTER}")
             mode, z = self._after_all(mode, self.watches(mode)[fell], t, z, stop)
-            if progress:
-                progress(float(t / stop))
         raise NotTreated(f"more than {MOST} events by {float(t):g} s. {BETTER}")
 
     def _begin(self, t: Number, z: State) -> tuple[Mode, State]:

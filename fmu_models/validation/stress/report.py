@@ -100,11 +100,7 @@ def sentence(cell: StressCell) -> str:
 
 def draw(cells: Sequence[StressCell], path: Path, *, overwrite: bool = False) -> None:
     """Heat map: a row for each model, a column for each case, or where these are many for each group of cases; the
-    largest error as colour and as its power of ten.
-
-    Raises:
-        StickslipError: the file exists or cannot be written.
-    """
+    largest error as colour and as its power of ten. StickslipError: the file exists or cannot be written."""
     from fmu_models.base.figures import save_figure
 
     save_figure(heat_map(cells), path, overwrite=overwrite)

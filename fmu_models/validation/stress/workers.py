@@ -84,11 +84,8 @@ class _Judge:
 
 
 def listed_cases(models: list[str], pattern: str | None, until: float | None, quick: bool) -> list[Case]:
-    """The cases asked for; of a quick look without models those of one model per kind of contact.
-
-    Raises:
-        StickslipError: an unknown model, or no case left.
-    """
+    """The cases asked for; of a quick look without models those of one model per kind of contact. StickslipError: an
+    unknown model, or no case left."""
     if not models:
         models = _one_per_kind() if quick else oscillators.names()
     cases = [case for name in dict.fromkeys(models) for case in cases_of(name, until)]

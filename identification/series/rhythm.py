@@ -21,7 +21,7 @@ FAR = 6.0  # times that, from which a fit is given up
 ALWAYS = 0.004  # of the rms, which harmonics of kinks and a coarse estimate of the noise leave
 FEW = 10  # cycles, for which a slower motion may hide a faster one
 CARRIED = 0.2  # of the power, by a line that sets the cycle
-REPEATS = 0.1  # of the rms, by which a series may miss itself after a period, for a period to be tried
+REPEATS = 0.03  # of the rms, by which a series may miss itself after a period, for a period to be tried
 TERMS = 160  # harmonics of a fit
 
 

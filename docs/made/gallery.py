@@ -346,6 +346,7 @@ def comparison_table(comparisons: Sequence[Comparison], over: str | None) -> str
 
 def _cells(c: Comparison, over: str | None) -> tuple[str, ...]:
     at = "" if c.at is None else f"{over} = {_at(c.at)}"
+    at += "" if c.panel is None else f" in panel {c.panel:g}"
     return (f"`{c.name}`", at, f"{c.known:.13g}", f"{c.found:.13g}", f"{c.error:.1e}", f"{c.tolerance:.0e}")
 
 

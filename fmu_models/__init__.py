@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.basins import basins as basins
     from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
     from fmu_models.analyses.chart import chart as chart
+    from fmu_models.analyses.crossings import crossing_diagram as crossing_diagram
     from fmu_models.analyses.diagram import orbit_diagram as orbit_diagram
     from fmu_models.analyses.edge import edge_state as edge_state
     from fmu_models.analyses.homoclinic import homoclinic as homoclinic

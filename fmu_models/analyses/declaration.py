@@ -139,9 +139,9 @@ class Analysis:
         return " ".join(inspect.cleandoc(self.function.__doc__ or "").split("\n\n")[0].split())
 
     def run(self, subject: "SectionSystem | Fmu", axes: Mapping[str, Any], **arguments: Any) -> Pictured:
-        """The result over axes by name; ``progress`` is left out where the function takes none."""
-        if "progress" not in inspect.signature(self.function).parameters:
-            arguments.pop("progress", None)
+        """The result over axes by name; ``progress`` and ``start`` are left out where the function takes none."""
+        for name in {"progress", "start"} - set(inspect.signature(self.function).parameters):
+            arguments.pop(name, None)
         if not self.sweeps and self.axes != STATE:
             return self.function(subject, **arguments, **axes)
         ((over, values),) = axes.items()

@@ -123,6 +123,7 @@ class SectionOptions:
         """The section of a scene; what is given here goes before what it says."""
         from fmu_models.scene.kinds.kind import section_of
         from fmu_models.sections.iteration import Iteration
+        from fmu_models.sections.return_map import ReturnMap
 
         computation: dict[str, Any] = {}
         if self.level or self.impacts:
@@ -141,7 +142,7 @@ class SectionOptions:
         changed = replace(scene, compute=replace(scene.compute, **computation))
         fmu, run = _built_with(scene, values)
         section = section_of(changed, fmu, run["parameters"], run["inputs"])
-        return section if isinstance(section, Iteration) else section.stepped_by(self.stepper)
+        return section if isinstance(section, Iteration | ReturnMap) else section.stepped_by(self.stepper)
 
     def oscillator(self) -> tuple[Fmu, dict[str, float]]:
         """The model itself, without a section, and values of its parameters and inputs. StickslipError: a map, a drive

@@ -11,6 +11,7 @@ import fmu_models.report.plane_view  # noqa: F401  the same
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.basins import Basins
 from fmu_models.analyses.chart import Chart
+from fmu_models.analyses.crossings import BAND, JUMPS, CrossingDiagram
 from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.edge import EdgeState
 from fmu_models.analyses.labels import FAILED, INFINITE, UNLABELLED
@@ -241,6 +242,35 @@ def _(result: ReducedMap, axes: Axes) -> None:
     axes.set_title(result.model, fontsize="medium")
 
 
+@draw.register(CrossingDiagram)
+def _(result: CrossingDiagram, axes: Axes) -> None:
+    """Stable fixed points thick, unstable ones thin and grey, jump crossings dotted; marks where they meet; bands."""
+    for curve in result.curves:
+        if curve.kind == JUMPS:
+            axes.plot(curve.values, curve.points, ":", color="black", linewidth=1.0)
+        elif curve.kind != BAND:
+            steps = curve.stable[:-1] & curve.stable[1:]
+            for stable, colour, width in ((False, "0.55", 0.9), (True, "black", 1.6)):
+                shown = np.append(False, steps == stable) | np.append(steps == stable, False)
+                axes.plot(curve.values, np.where(shown, curve.points, np.nan), color=colour, linewidth=width)
+    for n in range(1, result.period + 1):  # the lower edge there and the upper one back
+        edges = [curve for curve in result.curves if (curve.kind, curve.period) == (BAND, n)]
+        for low, high in zip(edges[::2], edges[1::2], strict=False):
+            outline = [np.append(getattr(low, name), getattr(high, name)) for name in ("values", "points")]
+            axes.fill(*outline, color="black", linewidth=0.5)
+    marks: dict[str, list[tuple[float, float]]] = {}
+    for point in result.special:
+        marks.setdefault(point.kind, []).append((point.value, point.x))
+    for (kind, places), mark in zip(sorted(marks.items()), "osv^", strict=False):
+        shape = {"markerfacecolor": "white", "markeredgecolor": "black", "markersize": 4}
+        axes.plot(*zip(*places, strict=True), mark, label=kind, **shape)
+    styles = {"stable": ("-", "black", 1.6), "unstable": ("-", "0.55", 0.9), "jump crossing": (":", "black", 1.0)}
+    handles = [axes.plot([], [], ls, color=c, linewidth=w, label=name)[0] for name, (ls, c, w) in styles.items()]
+    axes.set(xlabel=with_unit(result.over, result.units), ylabel=with_unit(result.of, result.units))
+    axes.set_title(result.model, fontsize="medium")
+    legend_below(axes, [*handles, *axes.get_legend_handles_labels()[0][: len(marks)]])
+
+
 @draw.register(Spectrum)
 def _(spectrum: Spectrum, axes: Axes) -> None:
     if spectrum.lines:
@@ -359,5 +389,5 @@ def _(diagram: Diagram) -> str:
 
 
 REPEATED = (BasinShares, EdgeState, LeastShock, TippingRates, ReducedMap, Basins, Chart, Spectrum, Exponents)
-for kind in (*REPEATED, PoincareSection):
+for kind in (*REPEATED, PoincareSection, CrossingDiagram):
     tell.register(kind, repr)

@@ -26,6 +26,9 @@ KEYS = {
     "level": "the section is where a state crosses a value, upward: `{ v = 0 }`",
     "down": "the same, downward",
     "impacts": "the section is where this contact begins",
+    "returns": "with `level`: a return map of this state alone, the others as at the start",
+    "accept": "with `returns`: states of contacts at a crossing that counts, `{ lower_friction = 0 }`, 0 for stick",
+    "cap": "with `returns`: time after which there is no return; 1 s if left out",
 }
 NEEDED = {PARAMETERS: "two free parameters or drives", STATE: STATE, STATES: STATES}  # of axes
 AXES = "each a list or `{ from = -8, to = 8, count = 101 }`"
@@ -182,9 +185,14 @@ def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[
         key = "forcing" if forcing else "period"
         raise doc.fault("of a map every step is looked at: leave the period out.", "compute", key)
     level = _by_name(doc, names, "level", "state", names.states)
+    returns = doc.text("returns", "compute") if "returns" in table else None
+    if returns is not None and returns not in names.states:
+        raise names.stranger("state", returns, names.states, "compute", "returns")
+    if (returns and not level) or (not returns and {"accept", "cap"} & set(table)):
+        raise doc.fault("a return map needs 'level', where the motion returns, and 'returns', its state.", "compute")
     if len(level) > 1 or (level and impacts):
         raise doc.fault("a section is a level of one state, or where a contact begins: name one of them.", "compute")
-    elsewhere = bool(level or impacts)
+    elsewhere, accept = bool(level or impacts), doc.table("compute", "accept")
     if elsewhere and (names.of_map or not kind.anywhere):
         once = "step" if names.of_map else "period"
         raise doc.fault(f"a {name} is of a motion seen once per {once}; leave 'level' and 'impacts' out.", "compute")
@@ -202,4 +210,7 @@ def _section(doc: Document, names: Names, name: str, kind: Kind, table: Mapping[
         "level": level,
         "down": doc.flag("down", "compute"),
         "impacts": impacts,
+        "returns": returns,
+        "accept": {name: doc.value(raw, "1", "compute", "accept", name) for name, raw in accept.items()},
+        "cap": doc.value(table.get("cap", 1.0), "s", "compute", "cap") if returns else 1.0,
     }

@@ -48,6 +48,9 @@ class Compute(Shown):
         autonomous: nothing forces the orbit, ``period`` is a guess.
         level: the section of a family is where this state crosses this value, upward unless ``down``.
         impacts: it is where this contact begins.
+        returns: at the level, the state whose value alone is mapped to its next one.
+        accept: contact states of a crossing that counts, by name.
+        cap: s, after which a motion does not return.
         axes: of a family: states or parameters, and the values of each.
         settings: what the kind alone reads, and does not take at its default.
     """
@@ -66,6 +69,9 @@ class Compute(Shown):
     level: Mapping[str, float] = field(default_factory=dict)
     down: bool = False
     impacts: str | None = None
+    returns: str | None = None
+    accept: Mapping[str, float] = field(default_factory=dict)
+    cap: float = 1.0
     axes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
 

@@ -48,7 +48,7 @@ class ReturnMap(SectionSystem):
         section: Section,
         cap: float,
         start: Start | None = None,
-        accept: Callable[[SectionPoint], bool] | None = None,
+        accept: Callable[[SectionPoint], bool] | Mapping[str, float] | None = None,
         parameters: Mapping[str, float] | None = None,
         inputs: Mapping[str, float] | None = None,
         tolerance: float = 1e-14,
@@ -57,7 +57,8 @@ class ReturnMap(SectionSystem):
 
         Args:
             start: the other states at the start; or all that differ from the defaults as a function of the state.
-            accept: whether a crossing belongs to the map; the motion goes on from one that does not.
+            accept: whether a crossing belongs to the map, as a function or as states of contacts there, by name; the
+                motion goes on from one that does not.
             parameters, inputs, tolerance: as for ``sections.crossings``.
 
         Raises:
@@ -68,7 +69,12 @@ class ReturnMap(SectionSystem):
         check_names(fmu, "state", {state: None}, fmu.states)
         self.fmu, self.state, self.section, self.cap = fmu, state, section, cap
         self._start = {} if start is None else start
-        self._accept = accept
+        self._accept: Callable[[SectionPoint], bool] | dict[str, float]
+        if callable(accept):
+            self._accept = accept
+        else:
+            self._accept = dict(accept or {})
+            check_names(fmu, "contact", self._accept, fmu.contacts)
         constants = {"parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
         self._run: dict[str, Any] = {**constants, "tolerance": tolerance}
         self._follower = SectionFollower(fmu, section, **self._run)
@@ -100,14 +106,15 @@ class ReturnMap(SectionSystem):
 
     def identity(self) -> dict[str, Any]:
         """The identity with the section, the start, and the FMU's token and hash."""
-        if callable(self._start) or self._accept is not None:
+        if callable(self._start) or callable(self._accept):
             raise StickslipError(
                 "A store says what it is made of, and a function has no name that tells it from others: give the start "
-                "of the return map as values, without accept."
+                "of the return map as values, and accept as states of contacts."
             )
         section = {"section": [self.section.state, self.section.level, self.section.direction]}
         fmu = {"token": str(self.fmu.description.guid), "sha256": self.fmu.sha256}
-        return {**super().identity(), **section, **fmu, "start": dict(self._start), "tolerance": self._run["tolerance"]}
+        given = {"start": dict(self._start), "accept": self._accept, "tolerance": self._run["tolerance"]}
+        return {**super().identity(), **section, **fmu, **given}
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_follower"}
@@ -167,9 +174,14 @@ class ReturnMap(SectionSystem):
     def crossing(self, x: float) -> SectionPoint | None:
         """The return itself, or None."""
         for passage in self._follower.follow(self.states_at(x), self.cap):
-            if self._accept is None or self._accept(passage):
+            if self._accepts(passage):
                 return passage
         return None
+
+    def _accepts(self, passage: SectionPoint) -> bool:
+        if callable(self._accept):
+            return self._accept(passage)
+        return all(passage.contacts[name] == state for name, state in self._accept.items())
 
     def slope(self, x: float) -> float:
         """Derivative of the map, through all events; nan where there is no return.

@@ -104,6 +104,7 @@ def test_a_collision_is_kept_and_has_a_curve(tmp_path):
     kept = branch(system, "mu", (0.05, 0.55), start={"x": -0.1}, execution=Execution(store=store, resume=True))
     (collision,) = kept.special
     assert collision.criticality == "persistence" and collision.cycles["above"]["RL"] == "stable"
+    assert collision.border_form == "piecewise linear"
     curve = collision.curve("a", (0.2, 0.8))
     assert curve.points[:, 0] == pytest.approx(np.full(len(curve.points), 0.3), abs=1e-12)
     assert [kind for kind, _ in curve.ends] == ["range", "range"]
@@ -119,6 +120,8 @@ def test_the_border_of_a_square_root(begin):
     (collision,) = found.special
     assert (collision.kind, collision.criticality) == ("border collision", "persistence")
     assert collision.value == pytest.approx(0.0, abs=1e-12) and not collision.cycles
+    assert collision.border_form == "square root"
+    assert collision.collision is not None and collision.collision.exponent == pytest.approx(0.5, abs=1e-3)
     assert sum(collision.multipliers).real == pytest.approx(0.5) and collision.multipliers_with_event is None
     assert [kind for kind, _ in found.ends] == ["range", "range"]
     root = (np.sqrt(1.0 + 4.0 * 1.015 * np.maximum(found.values, 0.0)) - 1.0) / (2.0 * 1.015)
@@ -141,6 +144,6 @@ def test_the_fold_of_the_lozi_map():
 def test_a_rule_that_jumps_ends_the_branch():
     found = branch(Iteration.of(WITH_JUMP), "r", (-1.0, 1.5), start={"x": 0.45})
     (collision,) = found.special
-    assert (collision.criticality, collision.contact) == ("jump", "x")
+    assert (collision.criticality, collision.contact, collision.border_form) == ("jump", "x", "")
     assert collision.value == pytest.approx(0.0, abs=1e-15)
     assert "the rule jumps there" in found.ends[0][1] and found.ends[0][0] == "jump"

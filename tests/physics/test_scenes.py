@@ -16,6 +16,8 @@ UNKNOWN = {"disc_rig_micro_slip"}
 @pytest.mark.nightly_for(
     "hinge_clearance_diagram",
     "hinge_clearance_basins",
+    "woodpecker_figure_16",
+    "woodpecker_figure_17_points",
     "woodpecker_figure_17",
     "hinge_clearance_exponents",
     "hinge_clearance_figure_16",

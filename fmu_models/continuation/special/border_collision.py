@@ -11,6 +11,8 @@
                  y -> M- y + b- m    c y + d m <= 0        y -> M+ y + b+ m    c y + d m > 0
 
              each word of the two letters has one cycle, which is there if its points lie where the word says
+    root     where a side has no derivative: the image beside the border goes with a power of the distance, 1/2 of a
+             grazing (Nordmark, Journal of Sound and Vibration 145 (1991))
 
 Sources: di Bernardo, Budd, Champneys, Kowalczyk, Piecewise-smooth Dynamical Systems (2008), chapter 3; Nusse, Yorke,
 Physica D 57 (1992) 39-57.
@@ -35,6 +37,7 @@ from fmu_models.continuation.special.discontinuous import growing, value_border
 # how far beside the border motions are looked for, in the change of h by a unit of u; how far from it they are found
 BESIDE, REACH = (1e-12, 1e-10, 1e-8, 1e-6), 0.1
 JUMPS = 1e-9  # by how much, in u, the image of a cycle at a border on its other side misses it where the rule jumps
+NEAR = 1e-8  # where the exponent of a border is taken, in scales
 LONGEST = 8  # letters of a word
 FAR = 1e-9  # how far from the border, in the parameter, points of a cycle of the normal form must be
 # how far from a collision a branch begins that is switched to, in the range of the parameter
@@ -90,6 +93,21 @@ class Collision:
             monodromy = replace(problem, sides=sides).see(self.z).monodromy
             pair.append(monodromy if np.isfinite(monodromy).all() else None)
         return pair
+
+    @cached_property
+    def exponent(self) -> float:
+        """q of the image beside the border, which changes by the q-th power of the distance: 1 where both sides have a
+        derivative (the piecewise linear normal form), 1/2 of a square root; nan where the rule jumps."""
+        if self.after is None or all(monodromy is not None for monodromy in self.monodromies):
+            return np.nan if self.after is None else 1.0
+        problem, n, rough = _problem(self.before), len(self.before.problem.states), self.monodromies[0] is None
+        own = problem.sides_of(self.before.seen)
+        forced = replace(problem, sides=own if rough else _other(problem, own, self.miss))
+        way = np.append(self.miss.gradient[:n] * (1.0 if rough else -1.0), 0.0)
+        way *= NEAR / float(np.abs(way / self.before.scales).max())
+        places = [self.z + k * way for k in (1.0, 2.0, 4.0)]
+        images = [forced.see(place).residual + place[:n] for place in places]
+        return float(np.log2(np.linalg.norm(images[2] - images[1]) / np.linalg.norm(images[1] - images[0])))
 
     @cached_property
     def cycles(self) -> tuple[SmallCycle, ...]:

@@ -56,6 +56,7 @@ class Special(SpecialPoint):
     RECORD: ClassVar = (
         *("kind", "criticality", "normal_form", "value", "value_with_event", "period", "state", "words"),
         *("multipliers", "multipliers_with_event", "crossings", "contact", "slope", "cycles", "breaks_symmetry"),
+        "border_form",
     )
 
     period: float
@@ -72,6 +73,14 @@ class Special(SpecialPoint):
     def criticality(self) -> str:
         """As of ``SpecialPoint``; of a border collision "persistence", "nonsmooth fold" or "jump"."""
         return self.collision.form if self.collision else super().criticality
+
+    @property
+    def border_form(self) -> str:
+        """The normal form of a border collision: "piecewise linear", "square root", or "power 0.33" of another root; ""
+        where the rule jumps, and of other kinds."""
+        q = self.collision.exponent if self.collision else np.nan
+        names = {1.0: "piecewise linear", 0.5: "square root"}
+        return "" if np.isnan(q) else names.get(round(2.0 * q, 2) / 2.0, f"power {q:.2g}")
 
     @cached_property
     def breaks_symmetry(self) -> bool:
@@ -136,7 +145,8 @@ class Special(SpecialPoint):
 
     def _contents(self) -> dict[str, object]:
         spectra = {"multipliers": self.multipliers, "with event": self.multipliers_with_event}
-        return self._told({"period": self.period, "criticality": self.criticality or None, **spectra})
+        form = {"normal form": self.border_form} if self.border_form else {}
+        return self._told({"period": self.period, "criticality": self.criticality or None} | form | spectra)
 
 
 def special_of(

@@ -47,7 +47,7 @@ def kind_of(analysis: Analysis) -> Kind:
     return Kind(
         compute,
         periodic=analysis.subject == SECTION,
-        anywhere=analysis.of_run is None and analysis.axes != RANGE and "level" not in analysis.without,
+        anywhere=analysis.of_run is None and "level" not in analysis.without,
         unforced=not (analysis.subject == OSCILLATOR or analysis.forced),
         of_maps=analysis.subject != OSCILLATOR,
         sweeps=analysis.sweeps,

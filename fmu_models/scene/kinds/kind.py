@@ -13,8 +13,10 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.reduce import declared
 from fmu_models.scene.scene import Scene
 from fmu_models.sections.crossing import Crossing, Impacts
+from fmu_models.sections.return_map import ReturnMap
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
+from fmu_models.simulation.sections import Section
 from fmu_models.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -95,7 +97,7 @@ def constants_of(scene: Scene, run: Mapping[str, Any]) -> dict[str, float]:
 
 def section_of(
     scene: Scene, fmu: Fmu, parameters: Mapping[str, float], inputs: Mapping[str, Any]
-) -> Strobe | Crossing | Impacts | Iteration:
+) -> Strobe | Crossing | Impacts | ReturnMap | Iteration:
     """The section that a scene names; where its frequency is free, the period follows that. Of a map every step.
 
     Raises:
@@ -118,6 +120,10 @@ def section_of(
         return Impacts(fmu, computation.impacts, **common)
     if computation.level:
         ((state, value),) = computation.level.items()
+        if computation.returns:
+            section = Section(state, value, -1 if computation.down else 1)
+            how: dict[str, Any] = {"cap": computation.cap, "start": scene.start, "accept": computation.accept}
+            return ReturnMap(fmu, computation.returns, section=section, **how, parameters=constants)
         return Crossing(fmu, state, value, -1 if computation.down else 1, **common)
     return Strobe(fmu, every=computation.periods, autonomous=computation.autonomous, **common)
 

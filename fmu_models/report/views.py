@@ -266,7 +266,7 @@ def _(result: CrossingDiagram, axes: Axes) -> None:
         axes.plot(*zip(*places, strict=True), mark, label=kind, **shape)
     styles = {"stable": ("-", "black", 1.6), "unstable": ("-", "0.55", 0.9), "jump crossing": (":", "black", 1.0)}
     handles = [axes.plot([], [], ls, color=c, linewidth=w, label=name)[0] for name, (ls, c, w) in styles.items()]
-    axes.set(xlabel=with_unit(result.over, result.units), ylabel=with_unit(result.of, result.units))
+    axes.set(xlabel=axis_label(result.over, result.units), ylabel=axis_label(result.of, result.units))
     axes.set_title(result.model, fontsize="medium")
     legend_below(axes, [*handles, *axes.get_legend_handles_labels()[0][: len(marks)]])
 

@@ -68,7 +68,7 @@ def test_sweeps_are_told_apart() -> None:
     assert len(up["x"]) == np.isfinite(found.shown[0]).sum() and up["customdata"][0] == "1"
     first, second = found.plot(Figure().subplots()).collections
     assert isinstance(first, PathCollection) and isinstance(second, PathCollection)
-    assert [to_hex(sweep.to_rgba(1.0)) for sweep in (first, second)] == [to_hex(c) for c in SWEEPS.values()]
+    assert [to_hex(sweep.get_cmap()(1.0)) for sweep in (first, second)] == [to_hex(c) for c in SWEEPS.values()]
     assert first.get_sizes()[0] > 2 * second.get_sizes()[0]
     with pytest.raises(StickslipError, match="no state 'z'"):
         orbit_diagram(HENON, "a", [0.1], of="z")

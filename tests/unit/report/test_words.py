@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from matplotlib.mathtext import MathTextParser
 from scene_file import CLASS_A, scene_of
@@ -67,13 +68,14 @@ def test_words_of_motions_name_the_contacts() -> None:
 def test_a_basin_says_its_motions_in_words() -> None:
     parameters = {"ks": 10.0, "cs": 0.3, "g": 4.0, "omega": 1.1}
     system = Strobe(load("discontinuous_support"), forcing="omega", parameters=parameters)
-    axes = Figure(layout="constrained").subplots()
+    figure = Figure(layout="constrained")
+    axes = figure.subplots()
     shown.draw(basins(system, x=np.linspace(-8, 8, 4), v=np.linspace(-8, 8, 4)), axes)
     legend = axes.get_legend()
     assert legend is not None
     said = [text.get_text().partition(" (")[0] for text in legend.get_texts()]
     assert said == ["1-0: without contact", "1-1: support once"]
-    axes.figure.draw_without_rendering()
+    figure.draw_without_rendering()
     assert not legend.get_window_extent().overlaps(axes.xaxis.label.get_window_extent())
 
 
@@ -92,6 +94,7 @@ def test_a_diagram_is_as_dark_as_its_points_are_dense() -> None:
     axes = Figure().subplots()
     shown.draw(found, axes)
     (drawn,) = axes.collections
+    assert isinstance(drawn, PathCollection)
     place, shade = np.asarray(drawn.get_offsets()), np.asarray(drawn.get_array())
     chaos = place[:, 0] == 4.0
     assert (shade[~chaos] == 1.0).all()
@@ -103,7 +106,9 @@ def test_a_diagram_is_as_dark_as_its_points_are_dense() -> None:
 def _size(r: np.ndarray) -> float:
     axes = Figure().subplots()
     shown.draw(orbit_diagram(Iteration.of(LOGISTIC), "r", r, start=[0.3], transient=10, points=4), axes)
-    return float(axes.collections[0].get_sizes()[0])
+    (drawn,) = axes.collections
+    assert isinstance(drawn, PathCollection)
+    return float(drawn.get_sizes()[0])
 
 
 # of what eyes without one kind of cones see, in linear RGB (Machado, Oliveira, Fernandes, 2009)

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from identification.calibration.online import OnlineTrack as OnlineTrack
     from identification.calibration.online import track_online as track_online
     from identification.calibration.pose import Settings as Settings
+    from identification.calibration.propagate import Propagated as Propagated
+    from identification.calibration.propagate import propagate as propagate
     from identification.calibration.result import Calibration as Calibration
     from identification.calibration.result import read_calibration as read_calibration
     from identification.calibration.segments import Sensor as Sensor

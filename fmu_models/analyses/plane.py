@@ -43,7 +43,7 @@ NARROW, SAMPLES, NOISE, PATIENCE = 1e-5, 100, 1e-11, 300.0
 LENGTH, SPACING, POINTS = 60.0, 0.01, 2001  # of a manifold, in boxes; samples of a cycle
 FAR = 1.0  # boxes beyond the box: a manifold that goes there does not come back
 ROUNDING = 1e-9  # of eigenvalues: real parts below are none
-BESIDE = 1e-6  # of the box: whose sides a point of rest has
+BESIDE, ALIKE = 1e-6, 1e-4  # of the box: whose sides a point of rest has; of the slopes: no two sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +104,8 @@ class PhasePlane(Pictured):
     centres: tuple[tuple[float, float], ...]
     surfaces: tuple[Vector, ...]
     slidings: tuple[Sliding, ...]
-    manifolds: tuple[Manifold, ...]
-    flow: tuple[Vector, ...]
+    manifolds: tuple[Manifold, ...] = ()
+    flow: tuple[Vector, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -189,13 +189,14 @@ class _Plane:
             seen = rates_at(self.rates, place)
             if seen is not None and seen.contacts not in words:
                 words[seen.contacts] = self.rates.slopes(place, ())
-        if len(words) == 1:
-            words = dict.fromkeys(words, self.rates.slopes(point, ()))
         return list(words.items())
 
     def rest(self, point: Vector) -> Rest:
         """A zero of the rates, by its eigenvalues."""
-        each = [ordered(slopes) for _, slopes in self.sides(point)]
+        slopes = [slopes for _, slopes in self.sides(point)]
+        if max(np.abs(other - slopes[0]).max() for other in slopes) < ALIKE * np.abs(slopes).max():
+            slopes = [self.rates.slopes(point, ())]
+        each = [ordered(side) for side in slopes]
         return Rest(_kind(each[0]) if len(each) == 1 else "on a surface", point, np.concatenate(each))
 
     def halves(self, rest: Rest) -> list[Manifold]:
@@ -217,16 +218,14 @@ class _Plane:
     def comes_to(self, half: Manifold, rests: Sequence[Rest], cycles: Sequence[PlaneCycle]) -> Manifold:
         """The half of a manifold, with what it comes to, or from, in words."""
         word, end = "comes to" if half.kind == "unstable" else "comes from", half.points[-1]
+        ends = [
+            (f"the {rest.kind} at ({', '.join(f'{x:.6g}' for x in rest.point)})", rest.point[None]) for rest in rests
+        ]
+        ends += [(f"the {cycle.word}", cycle.points) for cycle in cycles]
         if not self.holds(end, FAR):
             return replace(half, end="leaves the box" if half.kind == "unstable" else "comes from outside the box")
-        for rest in rests:
-            if np.abs((end - rest.point) / self.size).max() < NEAR:
-                place = ", ".join(f"{x:.6g}" for x in rest.point)
-                return replace(half, end=f"{word} the {rest.kind} at ({place})")
-        for cycle in cycles:
-            if np.abs((cycle.points - end) / self.size).max(axis=1).min() < NEAR:
-                return replace(half, end=f"{word} the {cycle.word}")
-        return half
+        near = (what for what, points in ends if np.abs((points - end) / self.size).max(axis=1).min() < NEAR)
+        return replace(half, end=" ".join((word, what)) if (what := next(near, "")) else half.end)
 
     def cycles_around(self, centre: Vector) -> tuple[list[PlaneCycle], tuple[tuple[float, float], ...]]:
         """The cycles that meet the half-line from a point of rest along the first state, and where all do."""
@@ -345,22 +344,16 @@ def phase_plane(
         )
     sizes = np.array([fmu.size_of(state) for state in fmu.states])
     plane = _Plane(rates, given, _limits(fmu, box, np.array([middle - SIZES * sizes, middle + SIZES * sizes])))
-    progress(0.02)
-    rests, cycles, centres, lines_found, slidings = _found(plane, progress)
+    found = _found(plane, progress)
     if set(box) != set(fmu.states):
-        about = np.concatenate([[middle], *([rest.point] for rest in rests), *(([c.low, c.high]) for c in cycles)])
+        ends = [end for cycle in found.cycles for end in (cycle.low, cycle.high)]
+        about = np.array([middle, *(rest.point for rest in found.rests), *ends])
         room = np.maximum(ROOM * np.ptp(about, axis=0), sizes)
         plane = replace(plane, limits=_limits(fmu, box, np.array([about.min(axis=0) - room, about.max(axis=0) + room])))
-        rests, cycles, centres, lines_found, slidings = _found(plane, progress)
-    halves = [half for rest in rests if rest.kind in ("saddle", "on a surface") for half in plane.halves(rest)]
-    progress(0.9)
-    flow = plane.flow(lines)
-    progress(1.0)
-    return PhasePlane(
-        name, tuple(fmu.states), plane.limits, rests, cycles, centres, lines_found, slidings,
-        tuple(plane.comes_to(half, rests, cycles) for half in halves), tuple(flow),
-        {state: str(fmu.variables[state].unit or "1") for state in fmu.states},
-    )  # fmt: skip
+        found = _found(plane, progress)
+    halves = [half for rest in found.rests if rest.kind in ("saddle", "on a surface") for half in plane.halves(rest)]
+    ended = tuple(plane.comes_to(half, found.rests, found.cycles) for half in halves)
+    return replace(found, manifolds=ended, flow=tuple(plane.flow(lines)))
 
 
 def _limits(fmu: Fmu, box: Box, limits: Vector) -> Vector:
@@ -373,8 +366,8 @@ def _limits(fmu: Fmu, box: Box, limits: Vector) -> Vector:
     return limits
 
 
-def _found(plane: _Plane, progress: Callable[[float], Any]) -> tuple[Any, Any, Any, Any, Any]:
-    """Points of rest, cycles, ranges of centres, surfaces and their sliding parts, in the box."""
+def _found(plane: _Plane, progress: Callable[[float], Any]) -> PhasePlane:
+    """What there is in the box, without manifolds and flow."""
     surfaces = surfaces_of(plane.rates, plane.limits)
     parts = [part for surface in surfaces for part in surface.slidings()]
     rests = [plane.rest(point) for point in plane.zeros()] + [rest for _, sliding in parts for rest in sliding]
@@ -383,16 +376,16 @@ def _found(plane: _Plane, progress: Callable[[float], Any]) -> tuple[Any, Any, A
     centres: tuple[tuple[float, float], ...] = ()
     for i, rest in enumerate(rests):
         progress(0.1 + 0.7 * i / len(rests))
-        if "saddle" in rest.kind:
-            continue
-        found, stretches = plane.cycles_around(rest.point)
+        found, stretches = ([], ()) if "saddle" in rest.kind else plane.cycles_around(rest.point)
         centres += stretches
         for cycle in found:
             if all(np.abs((cycle.high - other.high) / plane.size).max() > SAME for other in cycles):
                 cycles.append(cycle)
     cycles.sort(key=lambda cycle: cycle.period)
-    lines = tuple(surface.points for surface in surfaces)
-    return tuple(rests), tuple(cycles), centres, lines, tuple(part for part, _ in parts)
+    fmu, lines, slidings = plane.fmu, tuple(surface.points for surface in surfaces), tuple(part for part, _ in parts)
+    units = {state: str(fmu.variables[state].unit or "1") for state in fmu.states}
+    of = str(fmu.description.modelName), tuple(fmu.states), plane.limits
+    return PhasePlane(*of, tuple(rests), tuple(cycles), centres, lines, slidings, units=units)
 
 
 def _numbers(plane: PhasePlane) -> dict[str, float]:

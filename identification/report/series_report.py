@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fmu_models.base.console import plain
+from fmu_models.base.record import record
 from fmu_models.base.table import number, table
 from identification.report.slip_report import BLUE, GREY, RED
 from identification.series.rhythm import spectrum
@@ -34,7 +35,7 @@ def series_report(found: SeriesInvariants) -> Group:
     if found.surrogates:
         rows += [["error of prediction over surrogates'", found.surrogates[1], None, "1"]]
         rows += [["surrogates foretold as well", 100 * found.surrogates[0], None, "%"]]
-    for name, value in (found.recurrence_numbers or {}).items():
+    for name, value in (record(found.recurrence) or {}).items():
         rows.append([f"recurrence: {name.replace('_', ' ')}", float(value), None, "1"])
     rows += [["cycle", found.cycle, None, found.series.unit], ["cycles", found.cycles, None, "1"]]
     if len(found.returns) > 2:

@@ -10,7 +10,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from identification.series.divergence import Divergence, divergences
-from identification.series.embedding import Reconstruction, delayed, reconstruct, windowed
+from identification.series.embedding import Reconstruction, delayed, noise_level, reconstruct, windowed
 from identification.series.invariants import (
     Dimension,
     Recurrence,
@@ -21,7 +21,7 @@ from identification.series.invariants import (
     zero_one_test,
 )
 from identification.series.read import FEWEST, Series, read_series
-from identification.series.rhythm import Lines, cycle_of, period_of, two_frequencies
+from identification.series.rhythm import LONGEST, Lines, cycle_of, period_of, two_frequencies
 from identification.series.tangent import Tangent, tangent_exponent
 
 CYCLES = 12  # below which nothing irregular is named
@@ -57,8 +57,8 @@ class SeriesInvariants(Pictured):
         *("name=series.name", "step=series.step", "unit=series.unit", "verdict", "sentence", "why", "exponent"),
         *("interval", "period", "period_error", "frequencies", "frequency_errors", "rotation", "needed", "cycles"),
         *("cycle", "end", "noise=reconstruction.noise", "delay=reconstruction.delay"),
-        *("embedding_dimension=reconstruction.dimension", "methods", "correlation_dimension", "zero_one", "surrogates"),
-        *("recurrence_numbers", "notes=series.notes"),
+        *("embedding_dimension=reconstruction.dimension", "methods", "correlation_dimension=dimension", "zero_one"),
+        *("surrogates", "recurrence", "notes=series.notes"),
     )
 
     series: Series
@@ -77,31 +77,14 @@ class SeriesInvariants(Pictured):
     recurrence: Recurrence | None = None
     exponent: float | None = None
     interval: tuple[float, float] | None = None
+    period: float | None = None
+    period_error: float | None = None
+    frequencies: tuple[float, ...] = ()
+    frequency_errors: tuple[float, ...] = ()
+    rotation: float | None = None
     needed: int | None = None
     end: float | None = None
     returns: np.ndarray = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def period(self) -> float | None:
-        return self.series.step / self.lines.frequencies[0] if self.verdict == "periodic" else None
-
-    @property
-    def period_error(self) -> float | None:
-        return None if self.period is None else self.period * self.lines.errors[0] / self.lines.frequencies[0]
-
-    @property
-    def frequencies(self) -> tuple[float, ...]:
-        return tuple(one / self.series.step for one in self.lines.frequencies) if self.rotation is not None else ()
-
-    @property
-    def frequency_errors(self) -> tuple[float, ...]:
-        return tuple(one / self.series.step for one in self.lines.errors) if self.rotation is not None else ()
-
-    @property
-    def rotation(self) -> float | None:
-        if self.verdict != "quasiperiodic":
-            return None
-        return self.lines.frequencies[1] / self.lines.frequencies[0]
 
     @property
     def methods(self) -> dict[str, dict[str, float]]:
@@ -112,17 +95,6 @@ class SeriesInvariants(Pictured):
             for name, one in found
             if one is not None
         }
-
-    @property
-    def correlation_dimension(self) -> dict[str, float] | None:
-        """Value and error."""
-        return self.dimension and {"value": self.dimension.value, "error": self.dimension.error}
-
-    @property
-    def recurrence_numbers(self) -> dict[str, float] | None:
-        """Those of `Recurrence`."""
-        names = ("rate", "determinism", "longest", "mean_length", "entropy", "laminarity")
-        return self.recurrence and {name: getattr(self.recurrence, name) for name in names}
 
     def _heading(self) -> str:
         return f"{self.series.name}: {self.sentence}"
@@ -163,7 +135,9 @@ def series_invariants(
         series = found[0]
     advance = progress or (lambda _: None)
     x = (series.values - series.values.mean()) / series.values.std()
-    cycle = cycle_of(x)
+    rest = _rest_of(x, noise_level(x))
+    # what rests has no cycle, and its offset would pass for a slow one
+    cycle = cycle_of(x[: rest if rest and rest > FEWEST else None])
     if (dimension or 2) * (delay or 1) > len(x) // 10 or min(delay or 1, dimension or 2) < 1:
         raise StickslipError(
             f"{series.name}: a delay of {delay} in {dimension} dimensions does not fit {len(x)} samples."
@@ -196,19 +170,19 @@ def regular_lines(x: np.ndarray, noise: float) -> Lines:
 def _regular(series: Series, lines: Lines, about: dict[str, Any]) -> SeriesInvariants:
     """Of a series that one frequency or two explain."""
     rest = f"what is left, {100 * lines.left:.2g} % of the rms, is noise ({100 * about['reconstruction'].noise:.2g} %)"
-    frequencies = [one / series.step for one in lines.frequencies]
-    unit = "samples" if series.unit == "1" else series.unit
+    frequencies, errors = (tuple(one / series.step for one in many) for many in (lines.frequencies, lines.errors))
     if len(frequencies) == 1:
-        period, error = 1 / frequencies[0], lines.errors[0] * series.step / lines.frequencies[0] ** 2
+        period, error = 1 / frequencies[0], errors[0] / frequencies[0] ** 2
         many = f", {lines.multiple} cycles" if lines.multiple > 1 else ""
+        unit = "samples" if series.unit == "1" else series.unit
         sentence = f"periodic (period {period:.6g} +- {error:.2g} {unit}{many})"
-        return SeriesInvariants(
-            verdict="periodic", sentence=sentence, why=f"One frequency explains it: {rest}.", lines=lines, **about
-        )
+        said = {"verdict": "periodic", "sentence": sentence, "why": f"One frequency explains it: {rest}."}
+        return SeriesInvariants(lines=lines, period=period, period_error=error, **said, **about)
     ratio = frequencies[1] / frequencies[0]
     both = " and ".join(f"{frequency:.6g}" for frequency in frequencies)
     sentence = f"quasiperiodic (frequencies {both} per {series.unit}, ratio {ratio:.6g})"
-    why = f"Two frequencies explain it and no period of 16 cycles does: {rest}."
+    why = f"Two frequencies explain it and no period of {LONGEST} cycles does: {rest}."
+    about = {**about, "frequencies": frequencies, "frequency_errors": errors, "rotation": ratio}
     return SeriesInvariants(verdict="quasiperiodic", sentence=sentence, why=why, lines=lines, **about)
 
 
@@ -282,19 +256,27 @@ def _too_short(needed: int, sentence: str, why: str, lines: Lines, about: dict[s
 
 def _end_of_transient(x: np.ndarray, cycle: int, noise: float) -> int | None:
     """Sample from which a series is regular, or rests, to its end; None where it is not."""
+    rest = _rest_of(x, noise)
+    if rest is not None:
+        return rest
     for cut in TAILS:
         first = int(cut * len(x))
         tail = x[first:]
         if len(tail) < max(6 * cycle, FEWEST // 4):
             continue
-        if tail.std() < max(2 * noise, 0.02):
-            limit, middle = max(4 * noise, 0.05), tail.mean()
-            moves = np.flatnonzero(np.abs(x - middle) > limit)
-            return int(moves[-1]) + 1 if len(moves) else 0
         lines = period_of(tail, noise)
         if lines.explains:
             return _first_regular(x, first, lines, noise, cycle)
     return None
+
+
+def _rest_of(x: np.ndarray, noise: float) -> int | None:
+    """Sample from which a series rests to its end."""
+    tail = x[int(TAILS[0] * len(x)) :]
+    if tail.std() >= max(2 * noise, 0.02):
+        return None
+    moves = np.flatnonzero(np.abs(x - tail.mean()) > max(4 * noise, 0.05))
+    return int(moves[-1]) + 1 if len(moves) else 0
 
 
 def _first_regular(x: np.ndarray, first: int, lines: Lines, noise: float, cycle: int) -> int:
@@ -326,7 +308,7 @@ def _with_the_rest(found: SeriesInvariants, x: np.ndarray, cycle: int, seed: int
     more = {
         "divergences": divergences(points, cycle, noise, seed),
         "dimension": correlation_dimension(points, 2 * cycle, noise, seed),
-        "zero_one": zero_one_test(part, state.delay if cycle > 4 else 1, seed=seed),
+        "zero_one": zero_one_test(part, cycle, seed=seed),
         "surrogates": found.surrogates or surrogate_test(part, cycle, 4 * state.delay, seed),
         "recurrence": recurrence(points, every, cycle),
     }

@@ -6,6 +6,7 @@ Rev. Lett. 77 (1996), for surrogates; Marwan, Romano, Thiel, Kurths, Physics Rep
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -28,6 +29,8 @@ SHORTEST = 2  # points of a diagonal
 class Dimension:
     """Correlation dimension. value, error; radii, slopes: (m,) its local slopes; plateau: radii between which it is
     read."""
+
+    RECORD: ClassVar = ("value", "error", "plateau")
 
     value: float
     error: float
@@ -65,10 +68,9 @@ def correlation_dimension(points: np.ndarray, apart: int, noise: float, seed: in
 
 def zero_one_test(x: np.ndarray, every: int, *, damped: bool = True, seed: int = 0) -> tuple[float, float]:
     """K, near 0 of regular and near 1 of chaotic motion, and half its interquartile range over angles. every: samples
-    between the values that are taken, about a quarter of a cycle; damped: against noise, which asks for longer series
-    of weak chaos."""
+    between the values that are taken, a cycle, for more of them hide its irregularity; damped: against noise."""
     values = x[::every][-LENGTH:]
-    values = values - 0.0
+    values = values - values.mean()  # an offset oscillates in what follows, and is no motion
     lags = np.arange(1, len(values) // 10 + 1)
     steps = np.arange(1, len(values) + 1)
     found = []
@@ -76,10 +78,8 @@ def zero_one_test(x: np.ndarray, every: int, *, damped: bool = True, seed: int =
         way = np.cumsum(values * np.exp(1j * angle * steps))
         count = len(values) - lags[-1]
         spread = np.array([np.mean(np.abs(way[lag : lag + count] - way[:count]) ** 2) for lag in lags])
-        mean = values.mean() ** 2
-        spread -= mean * (1 - np.cos(lags * angle)) / (1 - np.cos(angle))
         if damped:
-            spread += DAMPED * np.mean(values**2) * np.sin(np.sqrt(2) * lags)
+            spread += DAMPED * values.var() * np.sin(np.sqrt(2) * lags)
         found.append(np.corrcoef(lags, spread)[0, 1])
     low, middle, high = np.quantile(found, (0.25, 0.5, 0.75))
     return float(middle), float(high - low) / 2
@@ -126,6 +126,8 @@ class Recurrence:
     """A recurrence plot and its numbers. matrix: (m, m); every: samples between its points; radius: of recurrences, by
     which ``rate`` of pairs recur; determinism: their share on diagonals; longest, mean_length: of diagonals, in points;
     entropy: of their lengths, nats; laminarity: share on verticals."""
+
+    RECORD: ClassVar = ("rate", "determinism", "longest", "mean_length", "entropy", "laminarity")
 
     matrix: np.ndarray
     every: int

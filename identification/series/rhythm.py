@@ -19,6 +19,7 @@ MOST, FINE = 8192, 40  # samples of a fit, and of a cycle in it
 LEFT = 1.35  # times the noise: what is left of a series that is understood
 FAR = 6.0  # times that, from which a fit is given up
 ALWAYS = 0.004  # of the rms, which harmonics of kinks and a coarse estimate of the noise leave
+FEW = 10  # cycles, for which a slower motion may hide a faster one
 CARRIED = 0.2  # of the power, by a line that sets the cycle
 REPEATS = 0.1  # of the rms, by which a series may miss itself after a period, for a period to be tried
 TERMS = 160  # harmonics of a fit
@@ -49,9 +50,10 @@ def strongest(x: np.ndarray) -> tuple[float, float]:
     return float(frequencies[at]), float(power[max(at - 3, 0) : at + 4].sum())
 
 
-def cycle_of(x: np.ndarray) -> int:
+def cycle_of(x: np.ndarray, slow: bool = False) -> int:
     """Samples of a cycle: of the strongest line if it carries the motion, else four times the first fall of the
-    autocorrelation to a third; 1 where a sample says nothing of the next, as of a map."""
+    autocorrelation to a third; 1 where a sample says nothing of the next, as of a map. Of a series that is slow as a
+    whole, as where an oscillation leaves one place for another, the cycle of its differences is taken."""
     frequency, share = strongest(x)
     y = x - x.mean()
     spectral = np.abs(np.fft.rfft(y, 2 * len(y))) ** 2
@@ -59,7 +61,8 @@ def cycle_of(x: np.ndarray) -> int:
     falls = int(np.argmax(memory < memory[0] / 3))
     if falls <= 1:
         return 1
-    return max(round(1 / frequency) if share > CARRIED else 4 * falls, 2)
+    cycle = max(round(1 / frequency) if share > CARRIED else 4 * falls, 2)
+    return cycle if slow or FEW * cycle < len(x) else cycle_of(np.diff(x), slow=True)
 
 
 def period_of(x: np.ndarray, noise: float) -> Lines:

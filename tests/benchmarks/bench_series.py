@@ -152,7 +152,7 @@ BLIND: dict[str, Callable[[], Blind]] = {
     "logistic 4": lambda: Blind(logistic(4.0), 1.0, "chaos", np.log(2)),
     "logistic 3.9": lambda: Blind(logistic(3.9), 1.0, "chaos", 0.49600944),
     "henon": lambda: Blind(henon(), 1.0, "chaos", 0.41922449),
-    "transient logistic": lambda: Blind(late_logistic(3.739, 400), 1.0, "transient chaos"),
+    "transient logistic": lambda: Blind(late_logistic(3.9602, 400), 1.0, "transient chaos"),
     "transient lorenz": lambda: Blind(*flow(lorenz(22.5), [1, 1, 20], 0.02, 20000, 0), "transient chaos"),
 }
 

@@ -36,6 +36,7 @@ FLOWS: dict[str, Any] = {
     "two_rings": _rings,
     "spring": lambda x, y, _: (y, -9 * x),
     "slide": lambda x, y, s: (0.3 - x + 0.2 * s, x - s),
+    "joined": lambda x, y, s: (y, -9 * x + s * y**3),
     "leave": lambda x, y, s: (-0.3 + x - 0.2 * s, s - x),
 }
 
@@ -58,6 +59,11 @@ def test_motions_about_a_centre_are_no_cycles_of_their_own():
     assert [rest.kind for rest in plane.rests] == ["centre"] and not plane.cycles
     ((low, high),) = plane.centres
     assert low < 1e-4 and high == pytest.approx(1.0)
+
+
+def test_a_surface_across_which_slopes_are_the_same_says_nothing_of_a_point_of_rest():
+    (rest,) = phase_plane(planar("joined"), box={"x": (-0.1, 0.1), "y": (-0.1, 0.1)}, lines=1).rests
+    assert rest.kind == "centre" and rest.eigenvalues == pytest.approx([3j, -3j], abs=1e-12)
 
 
 @pytest.mark.parametrize(("name", "attracts"), [("slide", True), ("leave", False)])

@@ -91,9 +91,8 @@ PAPERS = (
             "planar_multiple_crossing_smooth",
             "forced_stick_slip",
             "woodpecker",
-            "piecewise_linear",
         ),
-        "Figures 7, 11 and 14 are drawings. Figures 15 and 18 are on the page of [return maps](../return_maps.md).",
+        "Figures 7, 11 and 14 are drawings. Figures 15, 18 and 19 are on the page of [return maps](../return_maps.md).",
     ),
     Paper(
         "Vibro-impact dynamics (Luo and Guo)",

@@ -91,9 +91,8 @@ PAPERS = (
             "planar_multiple_crossing_smooth",
             "forced_stick_slip",
             "woodpecker",
-            "piecewise_linear",
         ),
-        "Figures 7, 11 and 14 are drawings. Figures 15 and 18 are on the page of [return maps](../return_maps.md).",
+        "Figures 7, 11 and 14 are drawings. Figures 15, 18 and 19 are on the page of [return maps](../return_maps.md).",
     ),
     Paper(
         "Vibro-impact dynamics (Luo and Guo)",
@@ -347,6 +346,7 @@ def comparison_table(comparisons: Sequence[Comparison], over: str | None) -> str
 
 def _cells(c: Comparison, over: str | None) -> tuple[str, ...]:
     at = "" if c.at is None else f"{over} = {_at(c.at)}"
+    at += "" if c.panel is None else f" in panel {c.panel:g}"
     return (f"`{c.name}`", at, f"{c.known:.13g}", f"{c.found:.13g}", f"{c.error:.1e}", f"{c.tolerance:.0e}")
 
 

@@ -71,33 +71,41 @@ def sign_of(exponent: float, error: float) -> str:
 
 
 def largest_exponents(
-    runner: Runner, system: SectionSystem, starts: Vector, varied: Varied | None = None, stages: int = STAGES
-) -> tuple[Vector, Vector]:
-    """(m,) largest exponents of the motions from starts (m, n) per step, and their standard errors; nan where a motion
-    does not go on. But for that along a motion which nothing forces, where the section is one of time."""
-    values, errors = np.full(len(starts), np.nan), np.full(len(starts), np.inf)
-    remaining, ends, steps = np.arange(len(starts)), np.array(starts, dtype=float), STEPS
+    runner: Runner,
+    system: SectionSystem,
+    starts: Vector,
+    varied: Varied | None = None,
+    stages: int = STAGES,
+    steps: int = STEPS,
+) -> tuple[Vector, Vector, Vector]:
+    """(m,) largest exponents of the motions from starts (m, n) per step, their standard errors, and how long a step is;
+    nan where a motion does not go on. But for that along a motion which nothing forces, where the section is one of
+    time."""
+    values, errors, lasted = np.full(len(starts), np.nan), np.full(len(starts), np.inf), np.full(len(starts), np.nan)
+    remaining, ends = np.arange(len(starts)), np.array(starts, dtype=float)
+    # along the motion, of a phase or of what drifts: the nearest to zero are left out
+    left_out = system.autonomous + len(system.driven) + len(system.drifting)
+    tangents = {"tangents": min(system.dimension, 1 + left_out), "flow": system.autonomous}
     for _ in range(stages):
         subset = {name: v[remaining] for name, v in (varied or {}).items()}
-        tangents = {"tangents": system.dimension, "flow": system.autonomous}
-        jobs = Jobs(ends[remaining], subset, BATCHES, BATCHES, steps // BATCHES, **tangents)
+        jobs = Jobs(ends[remaining], subset, BATCHES, BATCHES, max(1, steps // BATCHES), **tangents)
         rows = runner.make(jobs, quiet=True)
         sound = rows.filled == BATCHES
         growth = rows.growth / jobs.batch
         means = growth.mean(axis=1)
-        # along the motion, of a phase or of what drifts: the nearest to zero
-        for _ in range(system.autonomous + len(system.driven) + len(system.drifting)):
+        for _ in range(left_out):
             means[np.arange(len(means)), np.nan_to_num(np.abs(means), nan=np.inf).argmin(axis=1)] = np.nan
         k = np.argmax(np.where(np.isnan(means), -np.inf, means), axis=1)
         largest = growth[np.arange(len(k)), :, k]
         values[remaining] = np.where(sound, largest.mean(axis=1), np.nan)
+        lasted[remaining] = rows.times.mean(axis=1) / jobs.batch
         errors[remaining] = [_error(g) if fine else np.inf for g, fine in zip(largest, sound, strict=True)]
         ends[remaining] = np.where(sound[:, None], rows.ends, ends[remaining])
         open_ = [sign_of(values[i], errors[i]) == NOT_DECIDED and np.isfinite(values[i]) for i in remaining]
         remaining, steps = remaining[open_], 4 * steps
         if not remaining.size:
             break
-    return values, errors
+    return values, errors, lasted
 
 
 def _error(batches: Vector) -> float:
@@ -135,7 +143,7 @@ def judged(runner: Runner, system: SectionSystem, start: Vector) -> AperiodicVer
 
 
 def _largest(runner: Runner, system: SectionSystem, start: Vector, stages: int) -> tuple[float, float]:
-    values, errors = largest_exponents(runner, system, start[None], stages=stages)
+    values, errors, _ = largest_exponents(runner, system, start[None], stages=stages)
     return float(values[0]), float(errors[0])
 
 

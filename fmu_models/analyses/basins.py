@@ -44,6 +44,7 @@ class Basins(Pictured):
         how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
         transients: chaos that starts leave again, with its lifetime; they have the label of what they come to then.
+        units: of the states.
         mirrored: pairs of attractors that are mirror images of one another, where nothing forces the motion.
     """
 
@@ -64,6 +65,7 @@ class Basins(Pictured):
     provenance: Mapping[str, Any] = field(default_factory=dict)
     mirrored: tuple[tuple[int, int], ...] = ()
     transients: tuple[ChaoticTransient, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def undecided(self) -> int:
@@ -225,7 +227,8 @@ def _mapped(
     decided = labels.reshape(shape), ordered, told_labels.steps.reshape(shape), failures
     transients = tuple(labeller.transients)
     return Basins(
-        system.name, tuple(system.states), values, *decided, system.how, runner.provenance, mirrored, transients
+        *(system.name, tuple(system.states), values, *decided, system.how, runner.provenance, mirrored, transients),
+        system.units(*system.states),
     )
 
 

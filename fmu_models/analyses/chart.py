@@ -56,6 +56,7 @@ class Chart(Pictured):
         runs: how many were made.
         how: of ``SectionSystem``.
         provenance: what it was made of; see ``Execution``.
+        units: of the parameters.
     """
 
     COLUMNS: ClassVar = ("{axes}=axes", "{what}=names", "value=values")
@@ -71,6 +72,7 @@ class Chart(Pictured):
     failures: Mapping[tuple[int, int], str]
     how: str = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:
@@ -197,7 +199,8 @@ def _charted(runner: Runner, system: SectionSystem, setup: _Cells, refine: int, 
         numbers[cell], chunk[cell] = value, True
     indices = np.array([number.get(label, UNKNOWN) for label in labels.ravel()], np.int64).reshape(shape)
     cells = classes, indices, numbers, chunk, failures
-    return Chart(system.name, setup.what, values, *cells, system.how, runner.provenance)
+    origin = system.how, runner.provenance, system.units(*values)
+    return Chart(system.name, setup.what, values, *cells, *origin)
 
 
 def _in_order(label: str) -> tuple[Any, ...]:
@@ -246,7 +249,7 @@ def _signs(runner: Runner, system: SectionSystem, rows: RunRows, varied: Varied)
     signs = [("", np.nan)] * len(rows.filled)
     sound = np.flatnonzero((rows.outcomes <= families.ABSORBED) & (rows.filled > 0))
     subset = {name: values[sound] for name, values in varied.items()}
-    values, errors = largest_exponents(runner, system, rows.ends[sound], subset)
+    values, errors, _ = largest_exponents(runner, system, rows.ends[sound], subset)
     for i, value, error in zip(sound.tolist(), values.tolist(), errors.tolist(), strict=True):
         signs[i] = (sign_of(value, error), value)
     return signs

@@ -58,6 +58,7 @@ class Diagram(Pictured):
         amount: the quantity, if a picture shows one.
         amounts: (d, m, r) it, in the period of a motion that has one, else in the step from each point.
         exponent_errors: (d, m) their standard errors; 0 where a period is claimed, infinite where there is no exponent.
+        durations: (d, m) of a step, in ``unit``; empty where exponents were not asked for.
         failures: why a run ended early, by direction and value.
         steps: of the section, all runs together.
         how: of ``SectionSystem``.
@@ -68,7 +69,7 @@ class Diagram(Pictured):
     """
 
     RECORD: ClassVar = (
-        *("model", "over", "values", "directions", "periods", "words", "steps"),
+        *("model", "over", "values", "directions", "periods", "words", "steps", "exponents=per_time"),
         *("failures=refused", "branches=laid", "lost", "how", "amounts"),
     )
 
@@ -91,6 +92,8 @@ class Diagram(Pictured):
     branches: Branches | None = None
     lost: tuple[LostMotion, ...] | None = None
     exponent_errors: Vector = field(default_factory=lambda: np.zeros((0, 0)))
+    durations: Vector = field(default_factory=lambda: np.zeros((0, 0)))
+    unit: str = "s"
     amount: Amount | None = None
     amounts: Vector | None = None
 
@@ -100,6 +103,11 @@ class Diagram(Pictured):
         if self.amounts is not None:
             return self.amounts
         return self.points[..., self.states.index(self.of)]
+
+    @property
+    def per_time(self) -> Vector:
+        """(d, m) largest exponents per ``unit``; empty where they were not asked for."""
+        return self.exponents / self.durations if self.durations.size else self.durations
 
     def sign(self, direction: int, value: int) -> str:
         """Sign of the exponent, by its error: "positive", "negative", "zero" or "not decided"."""
@@ -133,6 +141,7 @@ class Diagram(Pictured):
         d, m, r = np.nonzero(np.isfinite(self.points[..., 0]))
         columns = {"direction": np.array(self.directions)[d], self.over: self.values[m], "period": self.periods[d, m]}
         columns |= {name: self.points[d, m, r, i] for i, name in enumerate(self.states)}
+        columns |= {"exponent": self.per_time[d, m]} if self.durations.size else {}
         columns |= {} if self.amounts is None else {self.of: self.amounts[d, m, r]}
         return pandas.DataFrame(columns)
 
@@ -167,7 +176,9 @@ def orbit_diagram(
     transient: Annotated[int, Option("Steps at each value that are not kept.", minimum=0)] = 250,
     points: Annotated[int, Option("Points kept where a motion does not repeat itself.", minimum=1)] = 50,
     longest: int = 24,
-    exponents: bool = False,
+    exponents: Annotated[
+        int, Option("Draw largest exponents below, of runs of so many steps or more.", minimum=0, default="none")
+    ] = 0,
     of: Annotated[str | None, Option(SHOWN, default="the first state", metavar="WHAT")] = None,
     branches: Annotated[
         int, Option("Lay branches of its motions over it, stable or not, to this period.", minimum=0, default="none")
@@ -188,7 +199,8 @@ def orbit_diagram(
         transient: steps at each value before those that are kept.
         points: that are kept where a motion does not repeat itself.
         longest: period that is looked for.
-        exponents: find the sign of the exponent where no period is claimed, at the cost of a run with a tangent.
+        exponents: find the largest exponent also where no period is claimed, by a run of so many steps with a tangent,
+            which is made longer, twice at most, where that does not tell its sign. 0 for none.
         of: what a picture shows: a state, the first if left out, or a quantity of a period, as "max(x)" (see
             ``fmu_models.sections.amounts``): of a motion that has one, else of each step.
         branches: follow the motions that are found, and all that leaves them, stable or not, up to periods of so many
@@ -251,7 +263,8 @@ def _measured(system: Any, diagram: Diagram, amount: Amount) -> Diagram:
             for k, (point, time) in enumerate(zip(points, times.tolist(), strict=True)):
                 begin = at.begin(point, at.values, forcing).time
                 amounts[d, i, k], _ = measured.of((begin, begin + time), at.as_run(point))
-    units = {**diagram.units, amount.label: amount.unit(system.unit_of)}
+    units = system.units(*diagram.units)
+    units[amount.label] = amount.unit(system.unit_of)
     return replace(diagram, amount=amount, amounts=amounts, units=units)
 
 
@@ -270,7 +283,7 @@ class _Sweep:
     transient: int
     points: int
     longest: int
-    exponents: bool
+    exponents: int
 
 
 def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Diagram:
@@ -283,17 +296,20 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
     claims = claimed(system, rows, varied, longest=sweep.longest)
     images = rows.points[:, : sweep.points].copy()
     began, growth = np.zeros((order.size, len(system.contacts)), np.int64), np.full(order.size, np.nan)
+    lasted = np.full(order.size, np.nan)
     for cycles, indices in claims.parts:
         images[indices] = np.nan
         images[indices, : cycles.period] = cycles.points[:, : sweep.points]
-        began[indices] = cycles.began
+        began[indices], lasted[indices] = cycles.began, cycles.times / cycles.period
         with np.errstate(divide="ignore"):
             growth[indices] = np.log(np.abs(cycles.eigenvalues[:, 0])) / cycles.period
     errors = np.where(np.isnan(growth), np.inf, 0.0)
     indices = np.flatnonzero((claims.periods == 0) & (rows.outcomes <= families.ABSORBED) & (rows.filled > 0))
     if sweep.exponents and indices.size:
         subset = {name: v[indices] for name, v in varied.items()}
-        growth[indices], errors[indices] = largest_exponents(runner, system, rows.ends[indices], subset)
+        growth[indices], errors[indices], lasted[indices] = largest_exponents(
+            runner, system, rows.ends[indices], subset, steps=sweep.exponents
+        )
     inverse = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(directions), m))]))
 
     def shaped(array: NDArray[Any]) -> NDArray[Any]:
@@ -301,14 +317,14 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
 
     bad = np.flatnonzero(rows.outcomes > families.ABSORBED).tolist()
     failures = {(directions[i // m], float(sweep.values[order[i]])): families.reason(rows, i) for i in bad}
-    units = {name: system.unit_of(name) for name in (*system.states, sweep.over)}
+    units = system.units(*system.states, sweep.over)
     names = system.name, sweep.over, tuple(system.states), tuple(system.contacts)
     arrays = shaped(images), shaped(claims.periods), shaped(began), shaped(growth)
     origin = system.how, runner.provenance, units
     steps = int(rows.steps.sum())
-    return Diagram(
-        *names, sweep.values, directions, *arrays, failures, steps, of, *origin, exponent_errors=shaped(errors)
-    )
+    durations = {"durations": shaped(lasted), "unit": system.unit} if sweep.exponents else {}
+    result = *names, sweep.values, directions, *arrays, failures, steps, of, *origin
+    return Diagram(*result, exponent_errors=shaped(errors), **durations)
 
 
 def _numbers(diagram: Diagram) -> list[tuple[float, dict[str, float]]]:
@@ -321,6 +337,8 @@ def _numbers(diagram: Diagram) -> list[tuple[float, dict[str, float]]]:
             if diagram.lost is not None and i == 0:
                 values[f"lost_{direction}"] = float(lost.count(direction))
             values[f"period_{direction}"] = float(diagram.periods[d, i])
+            if diagram.durations.size:
+                values[f"exponent_{direction}"] = float(diagram.per_time[d, i])
             if np.isfinite(points).any():
                 extremes = {"min": np.nanmin(points), "max": np.nanmax(points)}
                 values |= {f"{diagram.of}_{name}_{direction}": float(extreme) for name, extreme in extremes.items()}
@@ -332,9 +350,10 @@ ANALYSIS = Analysis(
     function=orbit_diagram,
     numbers=_numbers,
     results=(
-        "a row per value: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`; with `against_branches` the "
-        "first row has `lost_up` and `lost_down`: how often a sweep left a stable branch that goes on; with "
-        "`branches` it has what is special on them, as of `branch`: `fold_1`"
+        "a row per value: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`; with `exponents` also "
+        "`exponent_up`, per unit of time; with `against_branches` the first row has `lost_up` and `lost_down`: how "
+        "often a sweep left a stable branch that goes on; with `branches` it has what is special on them, as of "
+        "`branch`: `fold_1`"
     ),
     example="discontinuous_support --forcing omega --set ks=300 --over omega=0.8:1:400 --figure d.png",
     label="sweeping",

@@ -163,7 +163,7 @@ def edge_state(
         word, edge = border.followed()
     met = tuple(attractor.word for attractor in labeller.attractors)
     names = system.name, tuple(system.states), border.words, met, word, edge, np.array(border.path)
-    return EdgeState(*names, labeller.count, {name: system.unit_of(name) for name in system.states}, system.how)
+    return EdgeState(*names, labeller.count, system.units(*system.states), system.how)
 
 
 class Border:

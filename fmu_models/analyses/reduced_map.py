@@ -102,7 +102,7 @@ def reduced_map(
     return ReducedMap(
         system.name, of, tuple(system.states), points[:, curve.place], after, slopes, points,
         np.array([point[0] for point in fixed]).reshape(-1, points.shape[1]), np.array([point[2] for point in fixed]),
-        {name: system.unit_of(name) for name in system.states},
+        system.units(*system.states),
     )  # fmt: skip
 
 

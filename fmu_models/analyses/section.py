@@ -1,7 +1,7 @@
 """Poincaré sections: where one motion, or several, meet the section."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -25,6 +25,7 @@ class PoincareSection(Pictured):
         times: (k,) since the point before.
         began: (k, contacts) how often each contact or stick began since then.
         how: of ``SectionSystem``.
+        units: of the states.
     """
 
     COLUMNS: ClassVar = ("{states}=points", "time=times", "{contacts}_began=began")
@@ -37,6 +38,7 @@ class PoincareSection(Pictured):
     times: Vector
     began: NDArray[np.int32]
     how: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def _heading(self) -> str:
         return f"Section of {self.model}: {len(self.points)} points"
@@ -65,7 +67,8 @@ def poincare_section(
         )
     rows = system.motion(start, transient, points, progress)
     names = system.name, tuple(system.states), tuple(system.contacts)
-    return PoincareSection(*names, rows.points[0], rows.times[0], rows.began[0], system.how)
+    origin = system.how, system.units(*system.states)
+    return PoincareSection(*names, rows.points[0], rows.times[0], rows.began[0], *origin)
 
 
 def _numbers(result: PoincareSection) -> dict[str, float]:

@@ -403,7 +403,7 @@ class _Sweep:
         counts: NDArray[np.int64] = np.array([[row.get(column, 0) for column in columns] for row in self.counts])
         words = tuple(tuple(row.get(name, "") for name in range(self.names)) for row in self.words)
         names = self.system.name, self.over, self.values, starts, counts, words, tuple(self.tips)
-        units = {self.over: self.system.unit_of(self.over)}
+        units = self.system.units(self.over)
         return BasinShares(*names, units, self.system.how, self.runner.provenance)
 
 

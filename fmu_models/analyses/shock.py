@@ -138,7 +138,7 @@ def least_shock(
     jump = shock @ rows
     after = int(labeller.label((point + (1.0 + AROUND) * jump)[None]).labels[0])
     words = attractor.word, labeller.word(after), edge
-    names, units = (system.name, tuple(system.states)), {name: system.unit_of(name) for name in system.states}
+    names, units = (system.name, tuple(system.states)), system.units(*system.states)
     size = float(np.linalg.norm(shock))
     told = size, upper_bound, min(search.clear, size), *words, labeller.count, used
     return LeastShock(*names, point, jump, *told, units, system.how)

@@ -164,7 +164,7 @@ def tipping_rates(
             labels.append(moved.label(rate))
             progress((k + 1) / (len(tried) + 1))
         tips = tuple(moved.tip(*tried[k : k + 2], *labels[k : k + 2]) for k in moved.changes(labels))
-    words, units = tuple(after.word(label) for label in labels), {over: system.unit_of(over)}
+    words, units = tuple(after.word(label) for label in labels), system.units(over)
     failures = {k: moved.failures[rate] for k, rate in enumerate(tried.tolist()) if rate in moved.failures}
     names = system.name, over, first, last, attractor.word
     return TippingRates(*names, tried, np.array(labels), words, tips, failures, units, system.how)

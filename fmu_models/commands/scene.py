@@ -68,7 +68,7 @@ def scene(
         draw_scene(read, fmu, rows, figure, overwrite=overwrite)
     content: dict[str, Any] = {
         "scene": {**dataclasses.asdict(read), "lines": None},
-        "results": [{"at": row.at, "values": record(row.values)} for row in rows],
+        "results": [{"panel": row.panel, "at": row.at, "values": record(row.values)} for row in rows],
         "comparisons": [record(comparison) | {"passed": comparison.passed} for comparison in comparisons],
         "passed": all(comparison.passed for comparison in comparisons),
         "explained": savings,

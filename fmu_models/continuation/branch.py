@@ -107,7 +107,9 @@ class Branch(SolutionBranch):
         Raises:
             StickslipError: a motion cannot be continued.
         """
-        units = {**self.units, amount.label: amount.unit(self.nodes[0].problem.system.unit_of)}
+        system = self.nodes[0].problem.system
+        units = system.units(*self.units)
+        units[amount.label] = amount.unit(system.unit_of)
         found = measured([special.node for special in self.special], amount)
         # the motion that was found lies beside the special one by what separates their parameters
         beside = [special.value - special.node.value for special in self.special]

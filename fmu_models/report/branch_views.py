@@ -17,6 +17,7 @@ from fmu_models.continuation.curves.curve import ClosedForm, Curve, Curves
 from fmu_models.continuation.special.kinds import KINDS, kind_of
 from fmu_models.continuation.special.special import Special
 from fmu_models.report.colours import COLOURS
+from fmu_models.report.words import axis_label
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -60,7 +61,7 @@ def draw_branches(branches: Sequence[Branch], of: str, axes: Axes, closed_form: 
     axes.autoscale_view()
     if closed_form is not None:
         handles.append(_draw_closed_form(closed_form, branches[0].over, of, axes, axes.get_xlim(), swapped=False))
-    axes.set_xlabel(with_unit(branches[0].over, branches[0].units))
+    axes.set_xlabel(axis_label(branches[0].over, branches[0].units))
     axes.set_ylabel(_label(branches[0], of))
     axes.set_title(branches[0].model, fontsize="medium")
     legend_below(axes, handles)
@@ -68,9 +69,9 @@ def draw_branches(branches: Sequence[Branch], of: str, axes: Axes, closed_form: 
 
 def _label(branch: Branch, of: str) -> str:
     if branch.amount is not None and of in branch.measured:
-        return with_unit(branch.amount.label, branch.units)
+        return axis_label(branch.amount.label, branch.units)
     words = {MULTIPLIER: "real part of the largest multiplier", PERIOD: "period"}
-    return words.get(of) or with_unit(of, branch.units)
+    return words.get(of) or axis_label(of, branch.units)
 
 
 def _draw_closed_form(
@@ -119,11 +120,17 @@ def _in_order(kinds: Iterable[str]) -> list[tuple[int, str]]:
     return sorted((order.index(kind) if kind in order else len(order), kind) for kind in kinds)
 
 
-def legend_below(axes: Axes, handles: Sequence[Any]) -> None:
-    """Where it hides nothing."""
-    columns = 3 if max(len(str(handle.get_label())) for handle in handles) < 25 else 2
+def legend_below(axes: Axes, handles: Sequence[Any], columns: int = 0) -> None:
+    """Where it hides nothing: under the label of the axis, which is there already."""
+    from matplotlib.transforms import ScaledTranslation
+
+    longest = max(len(str(handle.get_label())) for handle in handles)
+    figure: Any = axes.get_figure(root=True)
+    under = ScaledTranslation(0.0, -(28.0 + 13.0 * len(axes.get_xlabel().splitlines())) / 72.0, figure.dpi_scale_trans)
     axes.legend(
-        handles=handles, frameon=False, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=columns
+        **{"handles": handles, "frameon": False, "fontsize": "small", "loc": "upper center", "borderaxespad": 0.0},
+        **{"bbox_to_anchor": (0.5, 0.0), "bbox_transform": axes.transAxes + under},
+        ncols=columns or (3 if longest < 25 else 2),
     )
 
 
@@ -171,12 +178,6 @@ def _heights(branch: Branch, index: int, of: str) -> list[float]:
     return [float(special.state[of]), *(float(special.at(float(k))[index]) for k in range(1, branch.every))]
 
 
-def with_unit(name: str, units: Mapping[str, str]) -> str:
-    """A name with its unit."""
-    unit = units.get(name, "1")
-    return name if unit == "1" else f"{name} ({unit})"
-
-
 @draw.register(Curve)
 def _(curve: Curve, axes: Axes) -> None:
     _draw_curves((curve,), axes)
@@ -208,7 +209,7 @@ def _draw_curves(curves: Sequence[Curve], axes: Axes, closed_form: ClosedForm | 
         axes.plot(*np.array(places).T, "o", color="black", markersize=4, label=f"{i} {kind}", zorder=4)
         for point in places:
             axes.annotate(str(i), point, fontsize="small", xytext=(4, 4), textcoords="offset points")
-    axes.set(xlabel=with_unit(curves[0].second, curves[0].units), ylabel=with_unit(curves[0].over, curves[0].units))
+    axes.set(xlabel=axis_label(curves[0].second, curves[0].units), ylabel=axis_label(curves[0].over, curves[0].units))
     axes.set_title(curves[0].model, fontsize="medium")
     legend_below(axes, axes.get_legend_handles_labels()[0])
 

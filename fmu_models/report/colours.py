@@ -1,7 +1,7 @@
 """Colours of all pictures."""
 
-# Okabe and Ito: told apart by all kinds of eyes
+# after Okabe and Ito, told apart by all kinds of eyes; the first six by their greys too, in print without colour
 COLOURS = (
-    *("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#999999"),
-    *("#003A59", "#7A5500", "#00513B", "#6B3D54", "#B3DDF5", "#F2B48F", "#FAF5B0", "#DDDDDD"),
+    *("#0072B2", "#E69F00", "#00513B", "#9CCFF2", "#CC79A7", "#D55E00", "#003A59", "#F0E442"),
+    *("#009E73", "#56B4E9", "#999999", "#7A5500", "#6B3D54", "#F2B48F", "#FAF5B0", "#DDDDDD"),
 )

@@ -10,8 +10,9 @@ import numpy as np
 from fmu_models.base.shown import draw, tell
 from fmu_models.continuation.equilibrium_branch import EIGENVALUES, EquilibriumBranch, SpecialEquilibrium
 from fmu_models.continuation.special.kinds import HOPF, kind_of
-from fmu_models.report.branch_views import draw_lines, legend_below, legend_of, lines_of, numbers_text, with_unit
+from fmu_models.report.branch_views import draw_lines, legend_below, legend_of, lines_of, numbers_text
 from fmu_models.report.colours import COLOURS
+from fmu_models.report.words import axis_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,7 +53,7 @@ def _draw_equilibria(branch: EquilibriumBranch, axes: Axes) -> None:
     if branch.cycles:
         handles.append(axes.plot([], [], color=COLOURS[0], label="cycles, where they begin")[0])
     axes.autoscale_view()
-    axes.set(xlabel=with_unit(branch.over, branch.units), ylabel=with_unit(branch.of, branch.units))
+    axes.set(xlabel=axis_label(branch.over, branch.units), ylabel=axis_label(branch.of, branch.units))
     axes.set_title(branch.model, fontsize="medium")
     legend_below(axes, handles)
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from fmu_models.analyses.plane import PhasePlane
 from fmu_models.base.shown import draw, tell
-from fmu_models.report.branch_views import with_unit
 from fmu_models.report.colours import COLOURS
+from fmu_models.report.words import axis_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +40,7 @@ def _(plane: PhasePlane, axes: Axes) -> None:
     for rest in plane.rests:
         axes.plot(*rest.point, linestyle="none", zorder=5, label=rest.kind, **_mark(rest.kind, rest.stable))
     x, y = plane.states
-    axes.set(xlabel=with_unit(x, plane.units), ylabel=with_unit(y, plane.units))
+    axes.set(xlabel=axis_label(x, plane.units), ylabel=axis_label(y, plane.units))
     axes.set(xlim=plane.limits[:, 0], ylim=plane.limits[:, 1])
     axes.set_title(plane.model, fontsize="medium")
     one_each = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))

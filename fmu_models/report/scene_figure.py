@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from fmu_models.analyses.lyapunov import Exponents
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import save_figure
 from fmu_models.report.colours import COLOURS
+from fmu_models.report.words import axis_label, caption, symbol
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,22 +46,28 @@ def draw_scene(
     Raises:
         StickslipError: the scene computed nothing that has a picture; the file exists or cannot be written.
     """
-    over = scene.compute.over
-    unit = f" {fmu.variables[over].unit}" if over in fmu.variables and fmu.variables[over].unit else ""
     families = [row for row in rows if row.family is not None]
     if families:
-        label = f"{over} ({unit.strip()})" if unit else str(over)
-        draw_families(scene.title, label, families, Path(path), overwrite=overwrite)
+        draw_families(scene, families, Path(path), overwrite=overwrite)
         return
-    panels = [
-        (scene.name if row.at is None else f"{over} = {row.at:g}{unit}", row.trajectory)
-        for row in rows
-        if row.trajectory
-    ]
+    panels = [(_heading(scene, row), row.trajectory) for row in rows if row.trajectory]
     states = fmu.states or ["", ""]  # of a map, whose motions are no trajectories
     axes = (states[0], states[len(states) // 2])
-    points = scene.compute.kind == "strobe"
-    draw(scene.title, panels, axes, Path(path), points=points, beside=beside, overwrite=overwrite)
+    under, points = caption(scene), scene.compute.kind == "strobe"
+    draw(scene.title, panels, axes, Path(path), points=points, under=under, beside=beside, overwrite=overwrite)
+
+
+def _heading(scene: Scene, row: Row) -> str:
+    """What is held in a panel."""
+    held = {**{name: row.panel for name in scene.compute.panels}, str(scene.compute.over): row.at}
+    units = {name: f" {unit}" if unit != "1" else "" for name, unit in scene.units.items()}
+    return ", ".join(f"{symbol(n)} = {v:g}{units.get(n, '')}" for n, v in held.items() if v is not None)
+
+
+def _write_under(figure: Figure, text: str) -> None:
+    """Small words below all panels."""
+    if text:
+        figure.supxlabel(text, x=0.01, ha="left", fontsize="x-small", color="0.25")
 
 
 def draw(
@@ -69,12 +77,13 @@ def draw(
     path: Path,
     *,
     points: bool = False,
+    under: str = "",
     beside: Sequence[tuple[Vector, Vector] | None] = (),
     overwrite: bool = False,
 ) -> None:
     """Draw two states against each other, a panel with its heading per trajectory.
 
-    points: the trajectories are sampled once per period: no line between samples.
+    points: the trajectories are sampled once per period: no line between samples. under: words below all panels.
     beside: of each trajectory points (n,) that are drawn with it, or None.
 
     Raises:
@@ -102,16 +111,15 @@ def draw(
         lowest = i + columns >= len(panels)
         axis.tick_params(labelbottom=lowest, labelleft=i % columns == 0)
         axis.set(
-            xlabel=f"{x} ({trajectory.units[x]})" if lowest else "",
-            ylabel=f"{y} ({trajectory.units[y]})" if i % columns == 0 else "",
+            xlabel=axis_label(x, trajectory.units) if lowest else "",
+            ylabel=axis_label(y, trajectory.units) if i % columns == 0 else "",
         )
+    _write_under(figure, under)
     save_figure(figure, path, overwrite=overwrite)
 
 
-def draw_families(title: str, over: str, rows: Sequence[Row], path: Path, *, overwrite: bool = False) -> None:
+def draw_families(scene: Scene, rows: Sequence[Row], path: Path, *, overwrite: bool = False) -> None:
     """Draw each family of motions in a panel of its own; exponents at many values in one, over what is varied.
-
-    over: label of what is varied.
 
     Raises:
         StickslipError: the file exists or cannot be written.
@@ -119,20 +127,28 @@ def draw_families(title: str, over: str, rows: Sequence[Row], path: Path, *, ove
     families = {id(row.family): row for row in rows}
     exponents = isinstance(rows[0].family, Exponents)
     count = 1 if exponents and len(rows) > BARS else len(families)
-    columns = min(2, count)
+    columns = 1 if scene.compute.panels else min(2, count)
     lines = math.ceil(count / columns)
     figure = Figure(figsize=(WIDTH if columns == 1 else 1.3 * WIDTH, 0.5 + 3.7 * lines), layout="constrained")
-    figure.suptitle(title, fontsize="medium")
+    figure.suptitle(scene.title, fontsize="medium")
     grid = list(figure.subplots(lines, columns, squeeze=False).flat)
     if exponents and count == 1 < len(rows):
-        _exponents(over, rows, grid[0])
+        over = str(scene.compute.over)
+        _exponents(axis_label(over, scene.units), rows, grid[0])
     else:
         for axes, row in zip(grid, families.values(), strict=False):
             assert row.family is not None
             row.family.plot(axes)
-            axes.set_title("" if row.at is None or count == 1 else f"{over} = {row.at:g}", fontsize="medium")
+            sweeps = len(families) < len(rows)
+            held = dataclasses.replace(row, at=None) if sweeps else row
+            axes.set_title("" if count == 1 else _heading(scene, held), fontsize="medium")
+    for axes in grid[: count - 1] if scene.compute.panels else ():  # the lowest says it for all
+        axes.set_xlabel("")
+        if legend := axes.get_legend():
+            legend.remove()
     for axes in grid[count:]:
         axes.set_axis_off()
+    _write_under(figure, caption(scene))
     save_figure(figure, path, overwrite=overwrite)
 
 

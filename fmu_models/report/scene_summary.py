@@ -44,8 +44,12 @@ def departure(scene: Scene) -> str:
 
 
 def print_results(scene: Scene, rows: tuple[Row, ...], out: console.Console) -> None:
-    if rows[0].family is not None and rows[0].family is rows[-1].family:
-        out.print(rows[0].family.summary(), markup=False, highlight=False)
+    families = {id(row.family): row for row in rows if row.family is not None}
+    if len(families) == 1 or 0 < len(families) < len(rows):
+        for row in families.values():
+            panel = "".join(f"{name} = {row.panel:g}: " for name in scene.compute.panels)
+            assert row.family is not None
+            out.print(f"{panel}{row.family.summary()}", markup=False, highlight=False)
         if len(rows) > 1:  # a sweep: its rows are for a file
             return
     names = list(dict.fromkeys(name for row in rows for name in row.values))
@@ -63,7 +67,7 @@ def print_comparisons(comparisons: tuple[Comparison, ...], out: console.Console)
     rows = [
         [
             comparison.name,
-            "" if comparison.at is None else f"{comparison.at:g}",
+            ", ".join(f"{value:g}" for value in (comparison.panel, comparison.at) if value is not None),
             f"{comparison.known:.13g}",
             f"{comparison.found:.13g}",
             "" if comparison.departs else f"{comparison.error:.1e}",
@@ -110,7 +114,7 @@ def write_csv(path: Path, scene: Scene, rows: tuple[Row, ...], overwrite: bool) 
     names = list(dict.fromkeys(name for row in rows for name in row.values))
     with write_whole(path, overwrite=overwrite) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*([scene.compute.over] if scene.compute.over else []), *names])
+        writer.writerow([*scene.compute.panels, *([scene.compute.over] if scene.compute.over else []), *names])
         for row in rows:
-            at = [repr(row.at)] if scene.compute.over else []
+            at = [*(repr(row.panel) for _ in scene.compute.panels), *([repr(row.at)] if scene.compute.over else [])]
             writer.writerow([*at, *(repr(row.values[name]) if name in row.values else "" for name in names)])

@@ -20,6 +20,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.contact_kinds import BY_TYPE_NAME
 from fmu_models.report.colours import COLOURS
+from fmu_models.report.words import axis_label, symbol
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -217,12 +218,12 @@ def _draw_series(
 ) -> None:
     first = panel.y[0]
     for i, name in enumerate(panel.y):
-        color = f"C{i}" if len(panel.y) > 1 else "black"
+        color = COLOURS[i % len(COLOURS)] if len(panel.y) > 1 else "black"
         if trajectory[name].dtype.kind not in "iu":
-            axes.plot(trajectory.time, trajectory[name], color=color, linewidth=0.9, label=name)
+            axes.plot(trajectory.time, trajectory[name], color=color, linewidth=0.9, label=symbol(name))
         for series in measured:
             if series.variable == name:
-                dots = {**DOTS, "label": f"{name}, measured"}
+                dots = {**DOTS, "label": f"{symbol(name)}, measured"}
                 axes.plot(series.time, series.value, **dots, rasterized=series.time.size > MANY)
     _draw_states(axes, panel, trajectory, fmu)
     for kind, contacts in spells.items():
@@ -239,7 +240,7 @@ def _draw_states(axes: Axes, panel: Panel, trajectory: Trajectory, fmu: Fmu | No
     for i, name in enumerate(panel.y):
         if trajectory[name].dtype.kind not in "iu":
             continue
-        color, contact = f"C{i}" if len(panel.y) > 1 else "black", name.removesuffix("_state")
+        color, contact = COLOURS[i % len(COLOURS)] if len(panel.y) > 1 else "black", name.removesuffix("_state")
         times, states = trajectory.time, trajectory[name]
         if fmu is not None and fmu.ours and contact in fmu.contacts:
             words |= BY_TYPE_NAME[str(getattr(fmu.variables[name].declaredType, "name", ""))].state_words
@@ -311,5 +312,4 @@ def _unit(trajectory: Trajectory, name: str) -> str:
 
 
 def _label(trajectory: Trajectory, name: str) -> str:
-    unit = _unit(trajectory, name)
-    return f"{name} ({unit})" if unit != "1" else name
+    return axis_label(name, {name: _unit(trajectory, name)})

@@ -23,8 +23,9 @@ from fmu_models.analyses.shock import LeastShock
 from fmu_models.analyses.spectrum import Spectrum
 from fmu_models.analyses.tipping import TippingRates
 from fmu_models.base.shown import draw, tell
-from fmu_models.report.branch_views import draw_branches, legend_below, with_unit
+from fmu_models.report.branch_views import draw_branches, legend_below
 from fmu_models.report.colours import COLOURS
+from fmu_models.report.words import WIDTH, axis_label, in_words, symbol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -39,6 +40,10 @@ if TYPE_CHECKING:
 HATCHES = {UNDECIDED: "////", INFINITE: "....", FAILED: "xxxx"}
 SWEEPS = {"up": "black", "down": COLOURS[5]}
 NONE = "#E5E5E5"  # of motions that do not repeat themselves, in charts of periods
+FEWER = 4000  # points of a diagram from which on they are drawn as a picture
+CELLS, PALE = 400, 0.3  # across the height, in which points of a diagram are counted; the shade of a lonely one
+NARROW, SHORT = 30, 15  # letters in a line of a label beside other panels; of a legend that stands beside its picture
+ACROSS = 500.0  # markers of a diagram that lie side by side, points
 DENSE = 20000  # points of a section from which on their density is drawn
 FEW = 200  # different points up to which each is a dot
 FLOOR = 1e-8  # of the largest line: those below are not drawn
@@ -46,36 +51,80 @@ FLOOR = 1e-8  # of the largest line: those below are not drawn
 
 @draw.register(Diagram)
 def _(diagram: Diagram, axes: Axes) -> None:
-    """One state over the parameter; where sweeps agree the one down is a smaller dot on that of the one up."""
+    """One state over the parameter, and exponents below it; where sweeps agree the one down is a smaller dot on that of
+    the one up. A motion without a period is as dark as its points are dense."""
     from matplotlib.lines import Line2D
 
-    for k, direction in enumerate(diagram.directions):
-        visible = diagram.shown[k]
-        across = np.broadcast_to(diagram.values[:, None], visible.shape)
-        axes.plot(
-            across.ravel(),
-            visible.ravel(),
-            "o",
-            color=SWEEPS[direction],
-            markersize=(2.0, 0.9)[k],
-            markeredgewidth=0.0,
-            rasterized=visible.size > DENSE,
-        )
+    colours = [SWEEPS[direction] if len(diagram.directions) > 1 else "black" for direction in diagram.directions]
+    lowest = _exponents_below(diagram, colours, axes) if diagram.durations.size else axes
+    for k, colour in enumerate(colours):
+        _dots(diagram, k, colour, axes)
     if diagram.branches is not None:
         draw_branches(diagram.branches.branches, diagram.of, axes)
     shown = diagram.amount.label if diagram.amount else diagram.of
-    axes.set(xlabel=with_unit(diagram.over, diagram.units), ylabel=with_unit(shown, diagram.units))
+    axes.set(xlabel="", ylabel=axis_label(shown, diagram.units))
+    lowest.set_xlabel(axis_label(diagram.over, diagram.units))
     axes.set_title(diagram.model, fontsize="medium")
-    if len(diagram.directions) > 1:
-        dots = [
-            Line2D([], [], marker="o", ls="", color=SWEEPS[direction], ms=5, label=f"swept {direction}")
-            for direction in diagram.directions
-        ]
-        legend = axes.get_legend()
-        if legend is None:
-            axes.legend(handles=dots, frameon=False)
-        else:
-            legend_below(axes, [*dots, *legend.legend_handles])
+    dots = [
+        Line2D([], [], marker="o", ls="", color=SWEEPS[direction], ms=4, label=f"swept {direction}")
+        for direction in diagram.directions
+    ]
+    legend = axes.get_legend()
+    handles = [*(dots if len(dots) > 1 else []), *(legend.legend_handles if legend else [])]
+    if legend:
+        legend.remove()
+    if handles:
+        legend_below(lowest, handles)
+
+
+def _dots(diagram: Diagram, sweep: int, colour: str, axes: Axes) -> None:
+    """The points of a sweep, the smaller the more values there are: dark where a motion has a period, else in the shade
+    of their density."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    points = diagram.shown[sweep]
+    there = np.isfinite(points)
+    heights = points[there]
+    if not heights.size:
+        return
+    rows = np.nonzero(there)[0]
+    share = (1.0 / np.maximum(there.sum(axis=1), 1))[rows]
+    span = np.ptp(diagram.shown[np.isfinite(diagram.shown)]) or 1.0
+    cells = np.stack([rows, np.floor((heights - heights.min()) / span * CELLS).astype(int)], 1)
+    _, inverse = np.unique(cells, axis=0, return_inverse=True)
+    dense = np.bincount(inverse.ravel(), share)[inverse.ravel()]
+    shade = np.where(diagram.periods[sweep][rows] > 0, 1.0, np.minimum(1.0, PALE + np.sqrt(dense)))
+    order = np.argsort(shade, kind="stable")
+    size = max(0.7, min(2.2, ACROSS / len(diagram.values))) * (1.0, 0.6)[sweep]
+    axes.scatter(
+        diagram.values[rows][order],
+        heights[order],
+        s=size**2,
+        c=shade[order],
+        cmap=LinearSegmentedColormap.from_list("shade", ["white", colour]),
+        vmin=0.0,
+        vmax=1.0,
+        linewidths=0.0,
+        rasterized=heights.size > FEWER,
+    )
+
+
+def _exponents_below(diagram: Diagram, colours: Sequence[str], axes: Axes) -> Axes:
+    """Largest exponents in axes of their own, which share the parameter."""
+    from matplotlib.gridspec import GridSpecFromSubplotSpec
+
+    place, figure = axes.get_subplotspec(), axes.figure
+    if place is None or figure is None:
+        return axes
+    parts = GridSpecFromSubplotSpec(2, 1, place, height_ratios=(2, 1), hspace=0.05)
+    axes.set_subplotspec(parts[0])
+    below = figure.add_subplot(parts[1], sharex=axes)
+    axes.tick_params(labelbottom=False)
+    for colour, values in zip(colours, diagram.per_time, strict=True):
+        below.plot(diagram.values, values, ".-", color=colour, markersize=1.5, linewidth=0.6)
+    below.axhline(0.0, color="0.5", linewidth=0.7, zorder=0)
+    below.set_ylabel(f"largest exponent\n(1/{diagram.unit})", fontsize="small")
+    return below
 
 
 def colours_of(classes: Sequence[str]) -> list[str]:
@@ -84,7 +133,12 @@ def colours_of(classes: Sequence[str]) -> list[str]:
 
 
 def _mesh(
-    axes: Axes, labels: Integers, axes_of: Mapping[str, Any], classes: Sequence[str], names: Sequence[str]
+    axes: Axes,
+    labels: Integers,
+    axes_of: Mapping[str, Any],
+    classes: Sequence[str],
+    names: Sequence[str],
+    units: Mapping[str, str],
 ) -> None:
     """Classes as colours, with a legend that says them; what has none is hatched."""
     from matplotlib.colors import ListedColormap
@@ -118,11 +172,13 @@ def _mesh(
                 linewidth=0.0,
             )
             handles.append(Patch(facecolor="white", edgecolor="0.4", hatch=HATCHES[value], label=text))
-    axes.set(xlabel=name, ylabel=second)
-    beside: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
-    if axes.figure is not None and len(axes.figure.axes) > 1:  # panels side by side have no room between them
-        beside = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "ncols": 2}
-    axes.legend(handles=handles, frameon=False, fontsize="small", **beside)
+    panels = axes.figure is not None and len(axes.figure.axes) > 1  # side by side they have little room
+    across, up = (axis_label(one, units, NARROW if panels else WIDTH) for one in (name, second))
+    axes.set(xlabel=across, ylabel=up)
+    if panels or max(map(len, names), default=0) > SHORT:
+        legend_below(axes, handles, 1 if panels else 0)
+    else:
+        axes.legend(handles=handles, frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 @draw.register(Basins)
@@ -130,10 +186,10 @@ def _(basins: Basins, axes: Axes) -> None:
     names = list(basins.axes)
     if len(names) != 2:
         axes.plot(basins.axes[names[0]], basins.labels.reshape(len(basins.axes[names[0]]), -1), ".", color="black")
-        axes.set(xlabel=names[0], ylabel="attractor")
+        axes.set(xlabel=axis_label(names[0], basins.units), ylabel="attractor")
         return
     classes = attractors_of(basins)
-    _mesh(axes, basins.labels, basins.axes, classes, classes)
+    _mesh(axes, basins.labels, basins.axes, classes, [in_words(name, basins.units) for name in classes], basins.units)
     limits = axes.get_xlim(), axes.get_ylim()
     for i, attractor in enumerate(basins.attractors):
         axes.plot(
@@ -162,7 +218,8 @@ def classes_of(chart: Chart) -> list[str]:
 
 @draw.register(Chart)
 def _(chart: Chart, axes: Axes) -> None:
-    _mesh(axes, chart.labels, chart.axes, chart.classes, classes_of(chart))
+    names = [in_words(name, chart.units) for name in classes_of(chart)]
+    _mesh(axes, chart.labels, chart.axes, chart.classes, names, chart.units)
     legend = axes.get_legend()
     assert legend is not None
     legend.set_title(chart.what)
@@ -172,7 +229,7 @@ def _(chart: Chart, axes: Axes) -> None:
 @draw.register(ReducedMap)
 def _(result: ReducedMap, axes: Axes) -> None:
     """The map over its state, the diagonal, and where they meet: full dots where it is less steep than 1."""
-    name = with_unit(result.of, result.units)
+    name = axis_label(result.of, result.units)
     ends = [min(result.values[0], result.images.min()), max(result.values[-1], result.images.max())]
     axes.plot(ends, ends, color="0.6", linewidth=0.7)
     axes.plot(result.values, result.images, color="black", linewidth=1.2)
@@ -209,7 +266,7 @@ def _(result: CrossingDiagram, axes: Axes) -> None:
         axes.plot(*zip(*places, strict=True), mark, label=kind, **shape)
     styles = {"stable": ("-", "black", 1.6), "unstable": ("-", "0.55", 0.9), "jump crossing": (":", "black", 1.0)}
     handles = [axes.plot([], [], ls, color=c, linewidth=w, label=name)[0] for name, (ls, c, w) in styles.items()]
-    axes.set(xlabel=with_unit(result.over, result.units), ylabel=with_unit(result.of, result.units))
+    axes.set(xlabel=axis_label(result.over, result.units), ylabel=axis_label(result.of, result.units))
     axes.set_title(result.model, fontsize="medium")
     legend_below(axes, [*handles, *axes.get_legend_handles_labels()[0][: len(marks)]])
 
@@ -221,11 +278,11 @@ def _(spectrum: Spectrum, axes: Axes) -> None:
         strong = spectrum.amplitude > floor
         axes.vlines(spectrum.frequency[strong], floor, spectrum.amplitude[strong], color="black", linewidth=1.2)
         axes.set_ylim(floor, 3.0 * spectrum.amplitude.max())
-        axes.set_ylabel(f"amplitude of {spectrum.of} ({spectrum.unit})")
+        axes.set_ylabel(f"amplitude of {symbol(spectrum.of)} ({spectrum.unit})")
     else:
         axes.plot(spectrum.frequency, spectrum.amplitude, color="black", linewidth=0.8)
         axes.fill_between(spectrum.frequency, spectrum.low, spectrum.high, color="0.8", label="95 %")
-        axes.set_ylabel(f"density of {spectrum.of} (({spectrum.unit})$^2$/Hz)")
+        axes.set_ylabel(f"density of {symbol(spectrum.of)} (({spectrum.unit})$^2$/Hz)")
         axes.legend(frameon=False)
     axes.set(yscale="log", xlabel="frequency (Hz)")
 
@@ -253,14 +310,14 @@ def _(section: PoincareSection, axes: Axes) -> None:
         axes.figure.colorbar(drawn, ax=axes, label="points in a cell")
     else:
         axes.plot(x, y, "o", color="black", markersize=1.2, markeredgewidth=0.0)
-    axes.set(xlabel=names[0], ylabel=names[-1])
+    axes.set(xlabel=axis_label(names[0], section.units), ylabel=axis_label(names[-1], section.units))
     axes.set_title(section.model, fontsize="medium")
 
 
 @draw.register(EdgeState)
 def _(result: EdgeState, axes: Axes) -> None:
     """The border as it was followed, and the edge state on it."""
-    columns, names = (0, min(1, len(result.states) - 1)), [with_unit(name, result.units) for name in result.states]
+    columns, names = (0, min(1, len(result.states) - 1)), [axis_label(name, result.units) for name in result.states]
     axes.plot(*(result.path[:, i] for i in columns), ".-", color="0.6", markersize=3, linewidth=0.6, label="border")
     points = [result.points[:, i] for i in columns]
     axes.plot(*points, "o", color="white", markeredgecolor="black", label=result.word)
@@ -281,7 +338,7 @@ def _(result: LeastShock, axes: Axes) -> None:
     axes.plot(*circle, color="0.7", linewidth=0.8, label=f"norm {result.size:.6g}{', at most' * result.upper_bound}")
     axes.annotate("", end, at, arrowprops={"arrowstyle": "->"})
     axes.plot(*at, "o", color="black", label=result.comes_from)
-    axes.set(**{f"{k}label": with_unit(result.states[i], result.units) for k, i in zip("xy", columns, strict=True)})
+    axes.set(**{f"{k}label": axis_label(result.states[i], result.units) for k, i in zip("xy", columns, strict=True)})
     axes.set_title(f"{result.model}, to {result.leads_to}", fontsize="medium")
     axes.legend(frameon=False)
 
@@ -293,13 +350,15 @@ def _(result: BasinShares, axes: Axes) -> None:
         there = result.counts[:, k] > 0
         if there.any():
             colour, share = COLOURS[k % len(COLOURS)], np.where(there, result.shares[:, k], np.nan)
-            axes.plot(result.values, share, ".-", color=colour, markersize=3, linewidth=0.8, label=name)
+            axes.plot(result.values, share, ".-", color=colour, markersize=3, linewidth=0.8)
+            word = next((row[k] for row in result.words if row[k:] and row[k]), name)
+            axes.lines[-1].set_label(in_words(word, result.units))
             axes.fill_between(
                 result.values, result.low[:, k], result.high[:, k], where=there, color=colour, alpha=0.2, linewidth=0.0
             )
     for tip in result.tips:
         axes.axvline(tip.value, color="0.5", linestyle=":", linewidth=0.8)
-    axes.set(xlabel=with_unit(result.over, result.units), ylabel="share of the starts", ylim=(-0.02, 1.02))
+    axes.set(xlabel=axis_label(result.over, result.units), ylabel="share of the starts", ylim=(-0.02, 1.02))
     axes.set_title(result.model, fontsize="medium")
     axes.legend(title="attractor", frameon=False, fontsize="small")
 
@@ -312,10 +371,10 @@ def _(result: TippingRates, axes: Axes) -> None:
     axes.plot(result.rates, [places[label] for label in result.labels.tolist()], "o", color="black", markersize=4)
     for tip in result.tips:
         axes.axvline(tip.value, color="0.5", linestyle=":", linewidth=0.8)
-    axes.set_yticks([*places.values()], [word for _, word in kinds])
+    axes.set_yticks([*places.values()], [in_words(word, result.units) for _, word in kinds])
     unit = result.units.get(result.over, "")
-    axes.set(xscale="log", xlabel=f"rate of {result.over} ({unit}/s)", ylim=(-0.5, len(kinds) - 0.5))
-    axes.set_title(f"{result.model}, {result.over} from {result.first:g} to {result.last:g}", fontsize="medium")
+    axes.set(xscale="log", xlabel=f"rate of {symbol(result.over)} ({unit}/s)", ylim=(-0.5, len(kinds) - 0.5))
+    axes.set_title(f"{result.model}, {symbol(result.over)} from {result.first:g} to {result.last:g}", fontsize="medium")
 
 
 @tell.register(Diagram)

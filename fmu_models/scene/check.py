@@ -57,7 +57,8 @@ KEYS = {
     "start": "states at 0 s, and `<stop>_memory` for a start inside a stop that remembers its speed of entry",
     "compute": "`kind` and its keys, below",
     "reference": "known results by name, `[[reference]]` for each: numbers, or formulas of parameters, as "
-    '`period = "2*pi*sqrt(m/k)"`; `tolerance` (relative, 1e-9 if left out), `at` where something is varied, `source`',
+    '`period = "2*pi*sqrt(m/k)"`; `tolerance` (relative, 1e-9 if left out), `at` where something is varied, '
+    "`panel` where there are some, `source`",
     "sensors": "of the bench that `stickslip emulate` emulates, below",
 }
 
@@ -304,12 +305,13 @@ class _Check:
         references = []
         for i, table in enumerate(doc.entries("reference")):
             source = doc.text("source", "reference", i, default="")
-            numbers = {n: doc.value(table[n], "1", "reference", i, n) for n in ("at", "tolerance") if n in table}
-            known = {**parameters, **({over: numbers["at"]} if over and "at" in numbers else {})}
+            numbers = {n: doc.value(table[n], "1", "reference", i, n) for n in _NUMBERS if n in table}
+            varied = {"at": over, "panel": next(iter(doc.table("compute", "panels")), None)}
+            known = {**parameters, **{name: numbers[n] for n, name in varied.items() if name and n in numbers}}
             values = {
                 name: self._known(value, known, "reference", i, name)
                 for name, value in table.items()
-                if name not in ("at", "tolerance", "source")
+                if name not in (*_NUMBERS, "source")
             }
             references.append(Reference(values=values, source=source, **numbers))
         return tuple(references)
@@ -365,6 +367,8 @@ class _Check:
                     *path,
                 )
 
+
+_NUMBERS = ("at", "panel", "tolerance")  # of a reference, beside known values
 
 # of the terms of a gap that cancel: rounding of a start at a wall, as the engine takes it
 _ROUNDING = 1e-13

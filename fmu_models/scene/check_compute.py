@@ -18,6 +18,7 @@ KEYS = {
     "over": "a drive or free parameter that is varied, one run for each of `values`",
     "values": "a list, or `{ from = 0.8, to = 1.0, count = 201 }`",
     "follow": "each run begins where the one before ended",
+    "panels": "another one, and the values at which all is computed again: `{ f = [0.402, 0.426] }`",
     "period": "of what forces the motion, or how often it is looked at, s",
     "forcing": "the parameter that is the frequency, in place of `period`",
     "periods": "those that a motion takes",
@@ -83,6 +84,7 @@ def checked_compute(doc: Document, names: Names) -> Compute:
         over=over,
         values=tuple(doc.values(table["values"], names.varied[over], "compute", "values")) if over else (),
         follow=doc.flag("follow", "compute"),
+        panels=_panels(doc, names, over),
         periods=doc.count("periods", 1, 1, "compute"),
         autonomous=doc.flag("autonomous", "compute"),
         axes=_axes(doc, names, name, kind),
@@ -106,6 +108,16 @@ def _check_varied(doc: Document, names: Names, name: str, *path: str) -> None:
     if name not in names.varied:
         hint = " It is fixed: move it to [free]." if name in names.parameters else nearest(name, names.varied)
         raise doc.fault(f"'{name}' is neither a drive nor free.{hint}", *path)
+
+
+def _panels(doc: Document, names: Names, over: str | None) -> dict[str, tuple[float, ...]]:
+    """What the panels are of, and its values."""
+    table, path = doc.table("compute", "panels"), ("compute", "panels")
+    if len(table) > 1 or over in table:
+        raise doc.fault(f"panels are of one quantity, which is not varied already; found {', '.join(table)}.", *path)
+    for name in table:
+        _check_varied(doc, names, name, *path, name)
+    return {name: tuple(doc.values(raw, names.varied[name], *path, name)) for name, raw in table.items()}
 
 
 def _axes(doc: Document, names: Names, name: str, kind: Kind) -> dict[str, tuple[float, ...]]:

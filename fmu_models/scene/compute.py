@@ -31,6 +31,7 @@ class Comparison:
     tolerance: float
     source: str = ""
     departs: bool = False
+    panel: float | None = None
 
     @property
     def passed(self) -> bool:
@@ -75,32 +76,49 @@ def _signal(times: tuple[float, ...], values: tuple[float, ...], stop_time: floa
 
 
 def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = None) -> tuple[Row, ...]:
-    """Everything the scene asks for, one row per value of what it varies.
+    """Everything the scene asks for, one row per value of what it varies, in each of its panels.
 
     Errors as for ``simulate`` and ``find_orbit``.
     """
+    said = progress or (lambda fraction: None)
+    panels = [(name, value) for name, values in scene.compute.panels.items() for value in values]
+    if not panels:
+        return _computed(scene, fmu, {}, said)
+    rows: list[Row] = []
+    for k, (name, value) in enumerate(panels):
+        computed = _computed(scene, fmu, {name: value}, lambda fraction, k=k: said((k + fraction) / len(panels)))
+        rows += [dataclasses.replace(row, panel=value) for row in computed]
+        said((k + 1) / len(panels))
+    return tuple(rows)
+
+
+def _computed(scene: Scene, fmu: Fmu, held: dict[str, float], progress: Callable[[float], None]) -> tuple[Row, ...]:
+    """One row per value of what is varied, while other quantities are held."""
     kind = KINDS.load(scene.compute.kind, scene.folder)
     if kind.sweeps:
-        computed = kind.compute(scene, fmu, arguments(scene))
+        computed = kind.compute(scene, fmu, arguments(scene, None, **_changed(scene, held)))
         return computed if isinstance(computed, tuple) else (computed,)
     over, values = scene.compute.over, scene.compute.values or (None,)
     rows: list[Row] = []
     start: dict[str, float] = {}
     for i, value in enumerate(values):
-        changed: dict[str, Mapping[str, float]] = {"start": start}
-        if over is not None and value is not None:
-            changed["inputs" if over in scene.drives else "parameters"] = {over: value}
+        varied = held if over is None or value is None else {**held, over: value}
         try:
-            row = kind.compute(scene, fmu, arguments(scene, None, **changed))
+            row = kind.compute(scene, fmu, arguments(scene, None, start=start, **_changed(scene, varied)))
         except StickslipError as error:
             raise StickslipError(f"At {over} = {value:g}: {error}" if over else str(error)) from error
         assert isinstance(row, Row)  # of what does not sweep
         rows.append(dataclasses.replace(row, at=value))
         if scene.compute.follow and row.trajectory is not None:
             start = {name: float(row.trajectory[name][-1]) for name in (*fmu.states, *fmu.memories)}
-        if progress:
-            progress((i + 1) / len(values))
+        progress((i + 1) / len(values))
     return tuple(rows)
+
+
+def _changed(scene: Scene, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
+    """Values by name as ``arguments`` takes them."""
+    inputs = {name: value for name, value in values.items() if name in scene.drives}
+    return {"inputs": inputs, "parameters": {name: v for name, v in values.items() if name not in inputs}}
 
 
 def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
@@ -111,9 +129,16 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
     """
     comparisons = []
     for reference in scene.references:
-        row = next((row for row in rows if _same(row.at, reference.at)), None)
+        panel = [row for row in rows if _same(row.panel, reference.panel)]
+        row = next((row for row in panel if _same(row.at, reference.at)), None)
         if row is None:
-            places = [f"{row.at:g}" for row in rows if row.at is not None] or ["no value"]
+            if not panel:
+                panels = ", ".join(f"{value:g}" for values in scene.compute.panels.values() for value in values)
+                raise StickslipError(
+                    f"{scene.path}: a reference is in panel {reference.panel}; panels are {panels or 'not computed'}. "
+                    "Give each reference the 'panel' that it is of."
+                )
+            places = [f"{row.at:g}" for row in panel if row.at is not None] or ["no value"]
             at = ", ".join(places if len(places) < MANY else [*places[:2], "...", places[-1]])
             raise StickslipError(
                 f"{scene.path}: a reference is at {reference.at}, the scene computes at {at}. Give each reference the "
@@ -125,7 +150,7 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
                 refuse_unknown(name, row.values, f"{scene.path}: there is no result '{name}'.")
             found = row.values.get(name, math.nan)
             error = math.nan if departs else abs(found - expected) / (abs(expected) or 1.0)
-            whose = reference.tolerance, reference.source, departs
+            whose = reference.tolerance, reference.source, departs, reference.panel
             comparisons.append(Comparison(name, row.at, found, expected, error, *whose))
     return tuple(comparisons)
 

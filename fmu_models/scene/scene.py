@@ -41,6 +41,7 @@ class Compute(Shown):
         samples: number of output times of a trajectory.
         over, values: a drive or free parameter, and the values it takes, one run for each.
         follow: each of these runs starts where the one before it ended.
+        panels: another drive or free parameter and its values: all of it is computed at each, a panel of the picture.
         period: s, of a strobe or an orbit; None if ``forcing`` says it.
         forcing: the parameter that is the frequency of the forcing, in rad/s if ``angular``, else in cycles.
         periods: of the forcing in one period of the motion.
@@ -59,6 +60,7 @@ class Compute(Shown):
     over: str | None = None
     values: tuple[float, ...] = ()
     follow: bool = False
+    panels: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     period: float | None = None
     forcing: str | None = None
     angular: bool = False
@@ -82,12 +84,14 @@ class Reference(Shown):
         values: by the name of the result.
         tolerance: by which a result may differ, relative to the value, absolute where it is zero.
         at: value of the swept quantity, None if nothing is swept.
+        panel: value of the quantity of the panels, None if there are none.
         source: who says so.
     """
 
     values: Mapping[str, float]
     tolerance: float = 1e-9
     at: float | None = None
+    panel: float | None = None
     source: str = ""
 
 
@@ -145,7 +149,7 @@ class Scene(Shown):
     @property
     def varied(self) -> tuple[str, ...]:
         """Names of what the computation gives values of its own."""
-        return tuple(name for name in (self.compute.over, *self.compute.axes) if name)
+        return tuple(name for name in (self.compute.over, *self.compute.axes, *self.compute.panels) if name)
 
     @property
     def constants(self) -> dict[str, float]:

@@ -95,6 +95,10 @@ class Iteration(SectionSystem):
         quantities = (*self.map.states, *self.map.parameters)
         return next((quantity.unit for quantity in quantities if quantity.name == name), "1")
 
+    def description_of(self, name: str) -> str:
+        quantities = (*self.map.states, *self.map.parameters)
+        return next((quantity.description for quantity in quantities if quantity.name == name), "")
+
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states."""

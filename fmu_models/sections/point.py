@@ -148,6 +148,9 @@ class FmuPoints(SectionSystem):
     def unit_of(self, name: str) -> str:
         return str(getattr(self.fmu.variables.get(name), "unit", None) or "1")
 
+    def description_of(self, name: str) -> str:
+        return str(getattr(self.fmu.variables.get(name), "description", None) or "")
+
     def at(self, **values: float) -> Self:
         """The same points with other values of parameters or inputs."""
         for name, value in values.items():

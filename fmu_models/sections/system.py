@@ -25,6 +25,17 @@ from fmu_models.families.stepwise import Step
 from fmu_models.simulation.rows import RunRows
 
 
+class Units(dict[str, str]):
+    """Units of quantities by name, and what a picture says of them.
+
+    descriptions: by name; contacts: names, in the order in which the words n-p-q of motions count them.
+    """
+
+    def __init__(self, units: Mapping[str, str], descriptions: Mapping[str, str], contacts: tuple[str, ...]) -> None:
+        super().__init__(units)
+        self.descriptions, self.contacts = descriptions, contacts
+
+
 class SectionSystem(Shown, ABC):
     """A system seen at a section.
 
@@ -68,6 +79,15 @@ class SectionSystem(Shown, ABC):
     def unit_of(self, name: str) -> str:
         """Unit of a state, parameter or input; "1" where it has none."""
         return "1"
+
+    def description_of(self, name: str) -> str:
+        """What a state, parameter or input is; empty where nothing says so."""
+        return ""
+
+    def units(self, *names: str) -> Units:
+        """Units of quantities, and what a picture says of them."""
+        described = {name: self.description_of(name) for name in names}
+        return Units({name: self.unit_of(name) for name in names}, described, tuple(self.contacts))
 
     @property
     @abstractmethod

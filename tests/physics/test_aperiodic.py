@@ -171,7 +171,7 @@ def test_chaos_of_what_nothing_forces_stays_chaos():
 def test_charts_and_diagrams_tell_signs_by_errors():
     system = Iteration.of(LOGISTIC)
     r = np.array([2.9, 3.2, 3.569945672, 3.9, 4.0])
-    found = orbit_diagram(system, "r", r, start=[0.3], transient=400, exponents=True)
+    found = orbit_diagram(system, "r", r, start=[0.3], transient=400, exponents=1024)
     signs = ["negative", "negative", NOT_DECIDED, "positive", "positive"]
     assert [found.sign(0, i) for i in (0, 1, 3, 4)] == [signs[i] for i in (0, 1, 3, 4)]
     assert found.sign(0, 2) in ("zero", NOT_DECIDED)

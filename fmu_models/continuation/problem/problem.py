@@ -201,7 +201,7 @@ class Problem(ABC):
     @property
     def units(self) -> dict[str, str]:
         """Of states and parameters."""
-        return {name: self.system.unit_of(name) for name in (*self.states, *self.parameters)}
+        return self.system.units(*self.states, *self.parameters)
 
     @abstractmethod
     def opened(self, second: str) -> Problem:

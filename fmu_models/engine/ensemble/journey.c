@@ -29,10 +29,11 @@ void journey_unit(const Job *job, int chosen, double (*directions)[EXTENDED])
     const int n = (int)job->e->n_directions;
     for (int k = 0; k < n; k++) {
         const int64_t along = job->e->along[k];
+        const int64_t c = along - MODEL_NX;
         memset(directions[k], 0, sizeof directions[k]);
         if (chosen && along < MODEL_NX)
             tangents_read(job->e->room, k, directions[k]);
-        else
+        else if (!chosen || c >= MODEL_NC || !job->m->core.run.entered[c]) /* else its memory is taken anew */
             directions[k][along] = 1.0;
     }
 }

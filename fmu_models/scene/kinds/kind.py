@@ -31,6 +31,7 @@ class Row:
     Attributes:
         at: value of the swept quantity, None if nothing is swept.
         values: results by name, in the units of the model.
+        panel: value of the quantity of the panels, None if there are none.
         trajectory, family: the run, or the family of runs, if there was one.
     """
 
@@ -38,6 +39,7 @@ class Row:
     values: Mapping[str, float]
     trajectory: Trajectory | None = None
     family: Pictured | None = None
+    panel: float | None = None
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ def analyses() -> dict[str, Any]:
     return {
         "basins": lambda **how: basins(support(omega=0.92), x=LINE, v=LINE, most=40, **how),
         "diagram": lambda **how: orbit_diagram(
-            support(), "omega", omega, direction="both", exponents=True, transient=60, points=20, longest=4, **how
+            support(), "omega", omega, direction="both", exponents=1024, transient=60, points=20, longest=4, **how
         ),
         "chart": lambda **how: chart(
             support(), what="impacts", omega=omega[:9], ks=[250.0, 300.0, 350.0], refine=2, transient=300, **how

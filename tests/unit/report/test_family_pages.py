@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from fmu_models import maps
@@ -64,9 +66,10 @@ def test_sweeps_are_told_apart() -> None:
     up, down = traces(found)
     assert up["marker"]["color"] != down["marker"]["color"] and up["marker"]["size"] > down["marker"]["size"]
     assert len(up["x"]) == np.isfinite(found.shown[0]).sum() and up["customdata"][0] == "1"
-    lines = found.plot(Figure().subplots()).get_lines()
-    assert [line.get_color() for line in lines] == list(SWEEPS.values())
-    assert lines[0].get_markersize() > 2 * lines[1].get_markersize()
+    first, second = found.plot(Figure().subplots()).collections
+    assert isinstance(first, PathCollection) and isinstance(second, PathCollection)
+    assert [to_hex(sweep.get_cmap()(1.0)) for sweep in (first, second)] == [to_hex(c) for c in SWEEPS.values()]
+    assert first.get_sizes()[0] > 2 * second.get_sizes()[0]
     with pytest.raises(StickslipError, match="no state 'z'"):
         orbit_diagram(HENON, "a", [0.1], of="z")
 

@@ -13,6 +13,7 @@ from made_fit import made_fit
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.text import Text
+from scene_file import CLASS_A, scene_of
 
 import fmu_models.report.views  # noqa: F401  registers what it draws
 from fmu_models.analyses.section import PoincareSection
@@ -181,7 +182,10 @@ def test_panels_at_the_edge_have_labels_with_units(tmp_path, monkeypatch):
     for axes in panels:
         labelled = any(label in texts for label in axes.get_xticklabels())
         assert labelled == bool(axes.get_xlabel())
-        assert axes.get_xlabel() in ("", "x (m)") and axes.get_ylabel() in ("", "v (m/s)")
+        assert axes.get_xlabel() in ("", "$x$ (m)") and axes.get_ylabel() in ("", "$v$ (m/s)")
+
+
+FAMILY = '[compute]\nkind = "lyapunov"\nperiod = 1\nover = "w0"\nvalues = [0, 1, 2]\n'
 
 
 def test_families_have_a_panel_each(tmp_path, monkeypatch):
@@ -189,9 +193,9 @@ def test_families_have_a_panel_each(tmp_path, monkeypatch):
     rows = [Row(at=float(i), values={}, family=replace(section)) for i in range(3)]
     drawn = []
     monkeypatch.setattr("fmu_models.report.scene_figure.save_figure", lambda figure, path, **_: drawn.append(figure))
-    draw_families("three", "w", rows, tmp_path / "a.png")
+    draw_families(scene_of(tmp_path, CLASS_A + FAMILY), rows, tmp_path / "a.png")
     assert [(axes.get_title(), axes.axison) for axes in drawn[0].axes] == [
-        *((f"w = {i}", True) for i in range(3)),
+        *((f"$w_{{0}}$ = {i} rad/s", True) for i in range(3)),
         ("", False),  # of two in a row
     ]
 
@@ -204,4 +208,4 @@ def test_a_section_is_drawn_by_its_first_two_states(count):
     shown.draw(section, axes)
     (line,) = axes.lines
     np.testing.assert_array_equal(np.column_stack(line.get_data()), points[:, :2])
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("a", "b")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$a$", "$b$")

@@ -36,7 +36,11 @@ def marks(figure: Figure) -> list[str]:
 
 def test_every_coordinate_has_its_portrait_and_its_series():
     figure, run = drawn("woodpecker", 0.3)
-    pairs = (("y (m)", "v (m/s)"), ("phi_M (rad)", "w_M (rad/s)"), ("phi_S (rad)", "w_S (rad/s)"))
+    pairs = (
+        ("$y$ (m)", "$v$ (m/s)"),
+        (r"$\phi_{M}$ (rad)", "$w_{M}$ (rad/s)"),
+        (r"$\phi_{S}$ (rad)", "$w_{S}$ (rad/s)"),
+    )
     assert labels(figure) == [
         *(panel for q, v in pairs for panel in ((q, v), ("", q), ("", v))),
         ("time (s)", ""),  # the contacts
@@ -68,29 +72,29 @@ def test_states_of_a_contact_are_words_and_go_from_event_to_event():
     np.testing.assert_array_equal(dots.get_xydata(), [(event.time, event.after) for event in run.events])
     assert np.asarray(line.get_ydata()).tolist() == [2, 3, 4, 2, 2] and line.get_drawstyle() == "steps-post"
     assert [text.get_text() for text in axes.get_yticklabels()] == ["away", "touching", "released"]
-    assert [name for _, name in labels(figure)] == ["support_state", "x (m)"]
+    assert [name for _, name in labels(figure)] == ["support_state", "$x$ (m)"]
 
 
 def test_two_states_without_a_coordinate_are_a_plane_and_one_alone_is_a_series():
-    assert labels(drawn("planar_hopf", 3.0)[0])[0] == ("x1", "x2")
+    assert labels(drawn("planar_hopf", 3.0)[0])[0] == ("$x_{1}$", "$x_{2}$")
 
 
 def test_what_is_asked_for():
     figure, run = drawn("woodpecker", 0.3, ("y, phi_M,phi_S", "phi_S:w_S", "time:y", "phi_M:w_M", "y:v"))
     assert labels(figure) == [
-        ("", "y (m)"),
+        ("", "$y$ (m)"),
         ("", "rad"),
         ("time (s)", ""),
-        ("phi_S (rad)", "w_S (rad/s)"),
-        ("time (s)", "y (m)"),
-        ("phi_M (rad)", "w_M (rad/s)"),
-        ("y (m)", "v (m/s)"),
+        (r"$\phi_{S}$ (rad)", "$w_{S}$ (rad/s)"),
+        ("time (s)", "$y$ (m)"),
+        (r"$\phi_{M}$ (rad)", "$w_{M}$ (rad/s)"),
+        ("$y$ (m)", "$v$ (m/s)"),
     ]
     places = [axes.get_subplotspec() for axes in figure.axes]
     # none lies on another: three portraits stand side by side
     assert [place and place.rowspan for place in places] == [range(row, row + 1) for row in (0, 1, 2, 3, 3, 3, 4)]
     legend: Any = figure.axes[1].get_legend()
-    assert [text.get_text() for text in legend.get_texts()] == ["phi_M", "phi_S"]
+    assert [text.get_text() for text in legend.get_texts()] == [r"$\phi_{M}$", r"$\phi_{S}$"]
     np.testing.assert_array_equal(figure.axes[3].lines[0].get_xydata(), np.stack([run["phi_S"], run["w_S"]], 1))
 
 

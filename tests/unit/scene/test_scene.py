@@ -384,3 +384,47 @@ def test_a_frequency_counts_periods_unless_it_is_an_angular_one(tmp_path: Path) 
 def test_an_orbit_is_of_a_strobe(tmp_path: Path) -> None:
     with pytest.raises(StickslipError, match="leave 'level' and 'impacts' out"):
         scene_of(tmp_path, CHART[: CHART.index("kind")] + 'kind = "orbit"\nlevel = { x = 0 }\n')
+
+
+PANELS = """title = "panels"
+model = "disc_rig"
+contacts = ["disc0"]
+outputs = []
+stop_time = "2 s"
+
+[free]
+N0 = "8 N"
+
+[drives]
+w0 = "0.83 rad/s"
+
+[compute]
+kind = "trajectory"
+over = "w0"
+values = [0.2, 0.4]
+panels = { N0 = [8, "0.01 kN"] }
+
+[[reference]]
+panel = 10
+at = 0.4
+theta = %s
+"""
+
+
+def test_panels_are_the_scene_at_each_of_their_values(tmp_path: Path) -> None:
+    """Against the scene without them, at either value."""
+    scene = scene_of(tmp_path, PANELS % "1")
+    rows = compute(scene, Fmu.open(built_scene(scene)))
+    assert [(row.panel, row.at) for row in rows] == [(8.0, 0.2), (8.0, 0.4), (10.0, 0.2), (10.0, 0.4)]
+    for k, force in enumerate((8, 10)):
+        text = PANELS.replace('panels = { N0 = [8, "0.01 kN"] }\n', "").replace('N0 = "8 N"', f"N0 = {force}")
+        alone = scene_of(tmp_path, text.partition("[[reference]]")[0], f"at_{force}")
+        expected = compute(alone, Fmu.open(built_scene(alone)))
+        assert [row.values for row in rows[2 * k : 2 * k + 2]] == [row.values for row in expected]
+    (comparison,) = compare(scene, rows)
+    assert (comparison.panel, comparison.found) == (10.0, rows[3].values["theta"])
+    with pytest.raises(StickslipError, match=r"in panel 9\.0; panels are 8, 10"):
+        compare(scene_of(tmp_path, (PANELS % "1").replace("panel = 10", "panel = 9")), rows)
+    for wrong, said in (("{ w0 = [1] }", "not varied already"), ("{ N1 = [1] }", "neither a drive nor free")):
+        with pytest.raises(StickslipError, match=said):
+            scene_of(tmp_path, (PANELS % "1").replace('{ N0 = [8, "0.01 kN"] }', wrong))

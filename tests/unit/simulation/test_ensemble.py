@@ -250,7 +250,7 @@ def test_a_map_obeys_the_same_rules():
     assert made.periods.tolist() == [4, 4] and made.filled.tolist() == [4, 4]
     plain = system.run(Jobs(np.array([[0.3]]), rows=6), GO).points[0, :, 0]
     assert np.array_equal(plain, iterate(system, [0.3], 6)[1:, 0])
-    sweep = orbit_diagram(system, "r", [2.8, 3.2, 3.5, 3.55, 3.9], start=[0.3], transient=400, exponents=True)
+    sweep = orbit_diagram(system, "r", [2.8, 3.2, 3.5, 3.55, 3.9], start=[0.3], transient=400, exponents=1024)
     assert sweep.periods[0].tolist() == [1, 2, 4, 8, 0]
     assert (np.sign(sweep.exponents[0]) == [-1, -1, -1, -1, 1]).all()
     away = Iteration.of(maps.load("logistic"), {"r": 5.0}).make(Jobs(np.array([[0.3]]), rows=100))

@@ -13,10 +13,8 @@ from __future__ import annotations
 import html
 import json
 import os
-import re
 import shutil
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -35,6 +33,7 @@ from fmu_models.oscillators import MODELS
 from fmu_models.scene.compute import Comparison
 from fmu_models.scene.read import files
 from fmu_models.scene.scene import Scene
+from made.figures import FIGURE_HEADS, FIGURES, PAPERS, figure_of, figures_of, rows_of
 from made.gallery_jobs import (
     CALIBRATIONS,
     RUN,
@@ -49,58 +48,13 @@ from made.gallery_jobs import (
     SceneJob,
     SceneResult,
     done,
+    place,
     template,
 )
 from made.literature import HEADS, INTRODUCTION, KnownValues, LiteratureJob, rows
 
 ALLOWED = 4  # deviations: so far off the truth a calibration may be
 PICTURES, LIVE = "pictures", "live"  # folders beside the pages
-
-
-@dataclass(frozen=True)
-class Paper:
-    """A source of models. models: their names; without: which of its figures have no page, and why."""
-
-    title: str
-    models: tuple[str, ...]
-    without: str = ""
-
-
-PAPERS = (
-    Paper(
-        "Rotational oscillator against driven discs (Casini, Giannini, Vestroni, 2006)",
-        ("disc_rig", "disc_rig_sequential", "disc_rig_overlapping", "block_on_belt", "drive_motor"),
-        "Figures 1 and 6 are drawings of model and rig, 3 to 5 sketches of what figures 9, 11 and 12 show computed. "
-        "Figure 7 shows measured friction, of which the numbers are in Table 1, with no points.",
-    ),
-    Paper(
-        "Oscillator with a discontinuous support, by the switch model of Leine and van Campen",
-        ("discontinuous_support",),
-        "Figures 1 and 2 are drawings.",
-    ),
-    Paper(
-        "Hinge with clearance (Ding et al.)",
-        ("hinge_clearance", "hinge_clearance_clamped", "hinge_clearance_dimensional"),
-        "Figures 1 to 3 are drawings of the hinge, of its model, and of Wolf's method.",
-    ),
-    Paper(
-        "Bifurcations in non-smooth systems (Leine and van Campen, 2006)",
-        (
-            "planar_hopf",
-            "planar_multiple_crossing",
-            "planar_multiple_crossing_smooth",
-            "forced_stick_slip",
-            "woodpecker",
-        ),
-        "Figures 7, 11 and 14 are drawings. Figures 15, 18 and 19 are on the page of [return maps](../return_maps.md).",
-    ),
-    Paper(
-        "Vibro-impact dynamics (Luo and Guo)",
-        ("bouncing_ball", "impact_pair", "impact_damper", "fermi_accelerator", "two_domain_oscillator"),
-        "The figures of its first chapters are drawings of maps and domains. The systems of the later ones are here by "
-        "what is published of them.",
-    ),
-)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -196,6 +150,11 @@ def make(
         lines = rows(known)
         text = INTRODUCTION.format(systems=len(known), values=len(lines)) + "\n" + table(HEADS, lines) + "\n"
         (pages / "literature.md").write_text(text, "utf-8")
+    tables = (
+        (paper.title, table(FIGURE_HEADS, lines)) for paper in PAPERS if (lines := rows_of(paper, of_scenes, PICTURES))
+    )
+    text = "\n\n".join([FIGURES, *(f"## {title}\n\n{text}" for title, text in tables)])
+    (pages / "figures.md").write_text(text + "\n", "utf-8")
     (pages / "index.md").write_text(index_page(of_scenes, of_models, of_calibrations, bool(literature)), "utf-8")
 
 
@@ -225,16 +184,16 @@ def missed(one: SceneResult | KnownValues) -> list[str]:
 
 def scene_page(one: SceneResult, live: LiveResult) -> str:
     """The page of a scene, as Markdown."""
-    over = one.scene.compute.over
+    over = varied(one.scene)
     toml = Path(one.scene.path).read_text("utf-8").strip()
-    values = [(name, _at(at), f"{value:.10g}") for at, found in one.values for name, value in found.items()]
+    values = [(name, at, f"{value:.10g}") for at, found in one.values for name, value in found.items()]
     return template("scene.md.j2").render(
         scene=one.scene,
         seen=_head(toml),
         frame=frame(live, one.state),
         notes="".join(f" In it {note}." for note in one.notes),
         comparisons=comparison_table(one.comparisons, over) if one.comparisons else "",
-        values=table(("value", over or "", "found"), values),
+        values=table(("value", over, "found"), values),
         code=one.code,
         toml=toml,
     )
@@ -245,7 +204,7 @@ def model_page(one: ModelResult, live: LiveResult, scenes: Sequence[SceneResult]
     rows = [
         (f"[{s.scene.title}](../scenes/{s.scene.name}.md)", *cells)
         for s in scenes
-        for cells in (_cells(c, s.scene.compute.over) for c in s.comparisons)
+        for cells in (_cells(c, varied(s.scene)) for c in s.comparisons)
     ]
     quantities = [(f"`{name}`", value, unit, meaning) for name, value, unit, meaning in one.quantities]
     return template("oscillator.md.j2").render(
@@ -281,10 +240,9 @@ def index_page(
     papers = [
         {
             "title": paper.title,
-            "without": paper.without,
             "scenes": thumbnails(
                 (f"scenes/{s.scene.name}", s.scene.title, figure_of(s.scene.source))
-                for s in sorted(scenes, key=lambda s: (_number(s.scene.source), s.scene.name))
+                for s in sorted(scenes, key=lambda s: ([*figures_of(s.scene.source), 99][0], s.scene.name))
                 if s.scene.model in paper.models
             ),
         }
@@ -300,17 +258,6 @@ def index_page(
         known=sum(len(s.comparisons) for s in scenes),
         literature=literature,
     )
-
-
-def figure_of(source: str) -> str:
-    """What a source says of figures and tables, as "figures 8 to 10"; empty if nothing."""
-    found = re.search(r"(figures? \d[^;]*|Table \d+(?!.*figure)[^;]*)", source)
-    return found[1] if found else ""
-
-
-def _number(source: str) -> int:
-    found = re.search(r"figures? (\d+)", source)
-    return int(found[1]) if found else 99
 
 
 def thumbnails(entries: Iterable[tuple[str, str, str]]) -> str:
@@ -339,19 +286,20 @@ def frame(live: LiveResult, values: dict[str, float]) -> str:
 COLUMNS = ("value", "at", "known", "found", "error", "allowed")
 
 
-def comparison_table(comparisons: Sequence[Comparison], over: str | None) -> str:
+def comparison_table(comparisons: Sequence[Comparison], over: str) -> str:
     """Known values beside those found."""
     return table(COLUMNS, [_cells(c, over) for c in comparisons])
 
 
-def _cells(c: Comparison, over: str | None) -> tuple[str, ...]:
-    at = "" if c.at is None else f"{over} = {_at(c.at)}"
+def varied(scene: Scene) -> str:
+    """Names of what panels and values are of."""
+    return ", ".join([*scene.compute.panels, *([scene.compute.over] if scene.compute.over else [])])
+
+
+def _cells(c: Comparison, over: str) -> tuple[str, ...]:
+    at = f"{over} = {place(c)}" if place(c) else ""
     at += "" if c.panel is None else f" in panel {c.panel:g}"
     return (f"`{c.name}`", at, f"{c.known:.13g}", f"{c.found:.13g}", f"{c.error:.1e}", f"{c.tolerance:.0e}")
-
-
-def _at(value: float | None) -> str:
-    return "" if value is None else f"{value:g}"
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -14,6 +14,7 @@ from fmu_models import Scene, explore, last_cycle, load, oscillators, simulate
 from fmu_models.explorer.subject import subject_of
 from fmu_models.oscillators import MODELS
 from fmu_models.scene.compute import Comparison
+from fmu_models.scene.kinds.kind import Row
 from identification import Calibration
 from made.literature import LiteratureJob
 
@@ -29,6 +30,11 @@ def template(name: str) -> jinja2.Template:
     ).get_template(name)
 
 
+def place(one: Row | Comparison) -> str:
+    """Where a value is: that of a panel, and of what is varied."""
+    return ", ".join(f"{value:g}" for value in (one.panel, one.at) if value is not None)
+
+
 @dataclass(frozen=True)
 class SceneResult:
     """What a scene gave.
@@ -36,7 +42,7 @@ class SceneResult:
     Attributes:
         code: what ran.
         over: what is varied; None if nothing is.
-        values: of what was found, by name, for each value of what is varied.
+        values: of what was found, by name, for each value of what is varied, in each panel.
         comparisons: with what is known of it.
         state: values by name with which the live page shows its motion, for as long as that page chooses.
         notes: what of the scene the live page leaves out.
@@ -44,7 +50,7 @@ class SceneResult:
 
     scene: Scene
     code: str
-    values: tuple[tuple[float | None, dict[str, float]], ...]
+    values: tuple[tuple[str, dict[str, float]], ...]
     comparisons: tuple[Comparison, ...]
     state: dict[str, float]
     notes: tuple[str, ...]
@@ -175,7 +181,7 @@ class SceneJob:
         made = ran(code.replace(f'"{self.path.stem}"', repr(str(self.path))), self.picture)
         scene: Scene = made["scene"]
         subject = subject_of(str(self.path))
-        values = tuple((row.at, dict(row.values)) for row in made["rows"])
+        values = tuple((place(row), dict(row.values)) for row in made["rows"])
         return SceneResult(scene, code, values, made["comparisons"], dict(subject.values), subject.notes)
 
 

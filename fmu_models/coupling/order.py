@@ -48,10 +48,21 @@ def feedthrough(fmu: Fmu, output: str) -> set[str]:
     return inputs
 
 
+def _reached(before: Mapping[Port, set[Port]]) -> dict[Port, set[Port]]:
+    """All that a port depends on, over others too."""
+    reach = {port: set(sources) for port, sources in before.items()}
+    grown = True
+    while grown:
+        grown = False
+        for port, known in reach.items():
+            more = known.union(*(reach[other] for other in known))
+            grown |= len(more) > len(known)
+            reach[port] = more
+    return reach
+
+
 def stages(fmus: Mapping[str, Fmu], wires: Sequence[Wire]) -> list[CouplingStage]:
     """The stages of a coupled system, in the order in which they are exchanged."""
-    from sympy.utilities.iterables import strongly_connected_components
-
     rank = {unit: i for i, unit in enumerate(fmus)}
     from_output: dict[Port, list[Wire]] = {}
     for wire in wires:
@@ -63,8 +74,11 @@ def stages(fmus: Mapping[str, Fmu], wires: Sequence[Wire]) -> list[CouplingStage
     }
     level: dict[Port, int] = {}
     rings: list[tuple[int, bool, list[Port]]] = []
-    edges = [(port, source) for port, sources in before.items() for source in sorted(sources)]
-    for ring in strongly_connected_components((list(before), edges)):  # each after those it depends on
+    reach = _reached(before)
+    for port in sorted(before, key=lambda port: (len(reach[port]), port not in reach[port])):  # after what it reaches
+        if port in level:
+            continue
+        ring = [port, *(other for other in before if other != port and port in reach[other] and other in reach[port])]
         earlier = [level[p] + 1 for port in ring for p in before[port] if p not in ring]
         depth = max(earlier, default=0)
         loop = len(ring) > 1 or ring[0] in before[ring[0]]

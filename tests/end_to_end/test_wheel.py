@@ -26,6 +26,7 @@ PARTS = ("pyproject.toml", "README.md", "LICENSE", "fmu_models", "identification
 ABSENT = {
     *("ball.fmu", "pump.fmu", "my_logs", "new_logs", "my_axis.toml", "DATA_EMPS.mat", "k168Nm_v42.mat"),
     *("my_system.py", "my_robot.urdf", "rig.toml", "iterates.csv", "damper.csv", "swing.csv"),
+    "run.csv",
 }
 # minutes of work in parts that other commands here have shown to be in the wheel
 LONG = (

@@ -11,7 +11,8 @@ from typing import Any
 from urllib.parse import unquote
 
 import pytest
-from made.gallery import PAPERS, figure_of, make, table
+from made.figures import PAPERS, figure_of, figures_of
+from made.gallery import make, table
 from made.gallery_jobs import CALIBRATIONS
 from matplotlib.image import imread
 
@@ -24,6 +25,18 @@ PAIR = next(case for case in CALIBRATIONS if case.model == "impact_pair")
 
 def test_every_oscillator_is_of_one_paper():
     assert Counter(name for paper in PAPERS for name in paper.models) == Counter(MODELS.members())
+
+
+def test_every_figure_of_the_papers_has_five_known_values_or_a_reason():
+    scenes = [read_scene(path) for path in files()]
+    few = {}
+    for paper in PAPERS:
+        for number in set(range(1, paper.figures + 1)) - set(paper.elsewhere):
+            of_it = [s for s in scenes if s.model in paper.models and number in figures_of(s.source)]
+            values = sum(len(reference.values) for scene in of_it for reference in scene.references)
+            if values < 5:
+                few[f"{paper.title}, figure {number}"] = values
+    assert not few
 
 
 def test_every_oscillator_has_a_scene_with_known_values():
@@ -46,6 +59,7 @@ def test_pages_are_there_with_their_pictures_and_lead_to_one_another(made):
     pages = made / "pages"
     found = {str(page.relative_to(pages)): page.read_text("utf-8") for page in pages.rglob("*.md")}
     assert set(found) == {
+        "figures.md",
         "index.md",
         "literature.md",
         "calibrations/calibrated_pair.md",
@@ -58,6 +72,13 @@ def test_pages_are_there_with_their_pictures_and_lead_to_one_another(made):
             if not link.endswith(("claims.md", "return_maps.md", "calibrate.md", "impact_pair.md")):
                 assert ((pages / name).parent / link).is_file(), f"{name}: {link}"
     assert all(name in found["index.md"] for name in set(found) - {"index.md"})
+
+
+def test_every_figure_has_its_row(made):
+    text = (made / "pages/figures.md").read_text("utf-8")
+    row = r"\| 2 \| `stickslip scene planar_hopf_figure_2`<br>[^|]+\| \[!\[\]\(pictures/.*\)\]\(.*\) \| 7 \|"
+    assert re.search(row, text)
+    assert "| 7 | a drawing |  |  |" in text
 
 
 def test_known_values_stand_beside_those_found(made):
@@ -142,6 +163,12 @@ def test_figures_are_told_as_their_source_tells_them():
     assert figure_of("Casini, Nonlinear Dynamics 46 (2006), class a, Table 1") == "Table 1"
     assert figure_of("a study, Table 1, figure 6") == "figure 6"
     assert figure_of("Ding et al., figure 7; the basins are of this project") == "figure 7"
+    assert figures_of("Ding et al., figures 4 to 6") == (4, 5, 6) and figures_of("figures 12 and 13; Glocker") == (
+        12,
+        13,
+    )
+    assert figures_of("figures 8, 9 and 15; the exponents") == (8, 9, 15)
+    assert figures_of("a study, Table 1, figure 5 (d)") == (5,) and figures_of("Table 1") == ()
     assert figure_of("Lieberman and Lichtenberg, Physical Review A 5 (1972)") == ""
 
 

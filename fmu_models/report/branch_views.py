@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 2)), (0, (3, 1)), *["-"] * 8)
 SAID, STYLES = ("stable", "unstable"), (("-", 1.6), ((0, (4, 2)), 0.9))  # dashes and widths
 KNOWN = 1001  # points of a closed form
+# of the picture, what a straight piece may be off a branch: half a pixel; pieces into which it is cut then; of its
+# length, what a spline may be off it
+STRAIGHT, BETWEEN, SWING = 5e-4, 8, 0.3
 
 
 @draw.register(Branch)
@@ -49,7 +52,8 @@ def draw_branches(branches: Sequence[Branch], of: str, axes: Axes, closed_form: 
     where the word changes a dotted line between the multipliers on both sides."""
     marks: dict[str, list[tuple[float, float]]] = {}
     for branch in branches:
-        draw_lines(*lines_of(branch, of), "black", axes)
+        values, stable, lines, corners = lines_of(branch, of)
+        draw_lines(values, stable, lines, "black", axes, corners)
         for i, special in enumerate(branch.special):
             heights = _heights(branch, i, of)
             marks.setdefault(special.kind, []).extend((special.value, height) for height in heights)
@@ -86,18 +90,54 @@ def _draw_closed_form(
     return line
 
 
-def draw_lines(values: Vector, stable: Vector, lines: Vector, colour: str, axes: Axes) -> None:
-    """Heights (k, m) over values (m,), dashed where pieces (m - 1,) are not stable."""
+def draw_lines(
+    values: Vector, stable: Vector, lines: Vector, colour: str, axes: Axes, corners: Vector | None = None
+) -> None:
+    """Heights (k, m) over values (m,), dashed where pieces (m - 1,) are not stable; smooth but at corners (m,), if it
+    is known where these are."""
     from matplotlib.collections import LineCollection
 
-    edges = [0, *(np.flatnonzero(np.diff(stable)) + 1).tolist(), len(stable)]
-    styles = [STYLES[0 if stable[first] else 1] for first, _ in pairwise(edges)]
     for y in lines:
-        points = np.stack([values, y], 1)
+        points, solid = np.stack([values, y], 1), stable
+        if corners is not None:
+            points, solid = smoothed(points, stable, corners)
+        edges = [0, *(np.flatnonzero(np.diff(solid)) + 1).tolist(), len(solid)]
+        styles = [STYLES[0 if solid[first] else 1] for first, _ in pairwise(edges)]
         pieces = [points[first : last + 1] for first, last in pairwise(edges)]
         axes.add_collection(
             LineCollection(pieces, linewidths=[w for _, w in styles], linestyles=[d for d, _ in styles], colors=colour)
         )
+
+
+def smoothed(points: Vector, stable: Vector, corners: Vector) -> tuple[Vector, Vector]:
+    """A line through points (m, 2) with points between, where straight pieces would be seen as such.
+
+    Between corners (m,) these are on cubic splines over the length in the picture, unless one swings out.
+    """
+    from scipy.interpolate import CubicSpline
+
+    with np.errstate(invalid="ignore"):
+        size = np.nanmax(points, axis=0) - np.nanmin(points, axis=0)
+    size[~(size > 0.0)] = 1.0
+    missing = ~np.isfinite(points).all(axis=1)
+    ends = corners | missing | np.roll(missing, 1) | np.roll(missing, -1)
+    ends[[0, -1]] = True
+    drawn, solid = [points[:1]], [stable[:0]]
+    for first, last in pairwise(np.flatnonzero(ends).tolist()):
+        piece, kept = points[first : last + 1], stable[first:last]
+        steps = np.hypot(*(np.diff(piece, axis=0) / size).T)
+        if len(piece) > 2 and (steps > 0.0).all():
+            length = np.append(0.0, np.cumsum(steps))
+            curve = CubicSpline(length, piece)
+            bow = np.abs((curve(length[:-1] + 0.5 * steps) - 0.5 * (piece[:-1] + piece[1:])) / size).max(axis=1)
+            if bow.max() > STRAIGHT and (bow < SWING * steps).all():
+                places = length[:-1, None] + steps[:, None] * np.arange(BETWEEN) / BETWEEN
+                fine = curve(np.append(places, length[-1]))
+                fine[::BETWEEN] = piece
+                piece, kept = fine, np.repeat(kept, BETWEEN)
+        drawn.append(piece[1:])
+        solid.append(kept)
+    return np.concatenate(drawn), np.concatenate(solid)
 
 
 def legend_of(marks: Mapping[str, list[tuple[float, float]]], axes: Axes) -> list[Any]:
@@ -134,9 +174,10 @@ def legend_below(axes: Axes, handles: Sequence[Any], columns: int = 0) -> None:
     )
 
 
-def lines_of(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
+def lines_of(branch: Branch, of: str) -> tuple[Vector, Vector, Vector, Vector]:
     """What a branch is drawn by: values (m,), whether the pieces between are stable (m - 1,), heights (k, m) of each of
-    its points; its specials lie among them, but for those where the word changes and with it the multipliers."""
+    its points, where it may have corners (m,). Its specials lie among them, but for those where the word changes and
+    with it the multipliers."""
     jumps = of == MULTIPLIER
     if jumps:
         lines = branch.nodes[0].problem.own(branch.multipliers)[None, :, 0].real
@@ -154,6 +195,10 @@ def lines_of(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
         changed = [i + 1 for i, (word, next_word) in enumerate(pairwise(branch.words)) if word != next_word]
         places, heights = [*places, *changed], [*heights, *([np.nan] for _ in changed)]
     regular = np.insert(np.ones(len(branch.values), bool), places, False)
+    touched = [bool(special.touch or special.collision) for _, special, _ in marked]
+    corners = np.insert(
+        np.zeros(len(branch.values), bool), places, [*touched, *([True] * (len(places) - len(touched)))]
+    )
     stable = np.insert(branch.stable, places, False)
     values = np.insert(
         branch.values, places, [*(special.value for _, special, _ in marked), *(np.nan for _ in places[len(marked) :])]
@@ -161,7 +206,7 @@ def lines_of(branch: Branch, of: str) -> tuple[Vector, Vector, Vector]:
     if places:
         lines = np.insert(lines, places, np.array(heights).T, axis=1)
     either = (stable[:-1] | ~regular[:-1]) & (stable[1:] | ~regular[1:]) & (regular[:-1] | regular[1:])
-    return values, either, lines
+    return values, either, lines, corners
 
 
 def _heights(branch: Branch, index: int, of: str) -> list[float]:

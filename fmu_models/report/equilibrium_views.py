@@ -44,7 +44,8 @@ def _draw_equilibria(branch: EquilibriumBranch, axes: Axes) -> None:
     for special in branch.special:
         marks.setdefault(special.kind, []).append((special.value, special.state[branch.of]))
     for cycles in branch.cycles:
-        draw_lines(*lines_of(cycles, branch.of), COLOURS[0], axes)
+        values, solid, lines, corners = lines_of(cycles, branch.of)
+        draw_lines(values, solid, lines, COLOURS[0], axes, corners)
         for special in cycles.special:
             marks.setdefault(special.kind, []).append((special.value, special.state[branch.of]))
     handles = legend_of(marks, axes)

@@ -60,8 +60,9 @@ def in_words(word: str, units: Mapping[str, str]) -> str:
 
 def caption(scene: Scene) -> str:
     """The constants of a scene, and where these depart from its file."""
-    constants = "; ".join(_constants(scene))
-    lines = textwrap.wrap(constants, CAPTION, break_long_words=False)
+    whole = "\N{NO-BREAK SPACE}"  # in what no line parts
+    constants = "; ".join(constant.replace(" ", whole) for constant in _constants(scene))
+    lines = [line.replace(whole, " ") for line in textwrap.wrap(constants, CAPTION, break_long_words=False)]
     departs = [f"{symbol(name)} is {known:g} in the scene" for name, known in scene.departs.items()]
     return "\n".join([*lines, *(["departs: " + ", ".join(departs)] if departs else [])])
 

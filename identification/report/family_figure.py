@@ -35,6 +35,7 @@ MODEL: dict[str, Any] = {
     "markevery": 20,
 }
 REST: dict[str, Any] = {"marker": "+", "markersize": 12, "color": "black", "markeredgewidth": 1.3, "linestyle": "none"}
+MEASURED_REST: dict[str, Any] = {"marker": "o", "markersize": 13, "color": MEASURED["color"], "linestyle": "none"}
 BAR: dict[str, Any] = {"facecolor": "white", "edgecolor": "black", "hatch": "////", "linewidth": 0.8}
 COLUMNS = 4
 MARKS = ("o", "s", "^")
@@ -71,7 +72,12 @@ def _key(members: Sequence[PortraitComparison]) -> list[Any]:
 
     models = [member.model for member in members]
     sticks = [stick for model in models if isinstance(model, Portrait) for stick in model.sticks.values()]
-    shown: list[Any] = [Line2D([], [], label="measured", **MEASURED)]
+    measured = [member.measured for member in members]
+    shown: list[Any] = []
+    if any(isinstance(motion, Portrait) for motion in measured):
+        shown.append(Line2D([], [], label="measured", **MEASURED))
+    if any(isinstance(motion, Rest) for motion in measured):
+        shown.append(Line2D([], [], label="steady sliding, measured", **MEASURED_REST))
     if any(isinstance(model, Portrait) for model in models):
         shown.append(Line2D([], [], label="model", **MODEL))
     if any(isinstance(model, Rest) for model in models):
@@ -86,8 +92,7 @@ def _key(members: Sequence[PortraitComparison]) -> list[Any]:
 def draw_portrait(one: PortraitComparison, axes: Axes, *, labelled: bool = True) -> None:
     """The measured cycle and the model's in the phase plane."""
     closed = np.append(np.arange(PHASES), 0)
-    rest = {"marker": "o", "markersize": 13, "color": MEASURED["color"], "linestyle": "none"}
-    for motion, style, point in ((one.measured, MEASURED, rest), (one.model, MODEL, REST)):
+    for motion, style, point in ((one.measured, MEASURED, MEASURED_REST), (one.model, MODEL, REST)):
         if isinstance(motion, Portrait):
             axes.plot(motion.angle[closed], motion.speed[closed], **style)
         else:

@@ -21,7 +21,7 @@ AXES = {"": {}, PARAMETERS: {"omega": (0.8, 0.81), "f0": (0.3, 0.32)}, STATES: {
 
 
 # of special points, borders, bodies at rest, saddles, planes, maps of a state: they have shipped scenes, judged as such
-OWN = ("curves", "edge", "equilibria", "manifolds", "plane", "reduced_map", "shares", "shock", "tipping")
+OWN = ("crossings", "curves", "edge", "equilibria", "manifolds", "plane", "reduced_map", "shares", "shock", "tipping")
 
 
 def test_kinds_that_need_scenes_of_their_own_have_them() -> None:

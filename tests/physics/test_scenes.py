@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from fmu_models.fmu.fmu import Fmu
@@ -16,6 +17,7 @@ UNKNOWN = {"disc_rig_micro_slip"}
 @pytest.mark.nightly_for(
     "hinge_clearance_diagram",
     "hinge_clearance_basins",
+    "hinge_clearance_figure_4",
     "woodpecker_figure_16",
     "woodpecker_figure_17_points",
     "woodpecker_figure_17",
@@ -62,3 +64,23 @@ def test_stick_comes_and_goes_as_the_figures_show():
     assert [bool(contacts) for contacts in sticking[11]] == [True, True, False, False]
     assert sticking[12] == [zero, both, both]
     assert sticking[13] == [zero, both, both, both, one]
+
+
+@pytest.mark.parametrize(
+    ("name", "velocity"),
+    [("bouncing_ball_period_1", "v"), ("impact_damper_two_impacts", "v"), ("bouncing_ball_chatter", "v")],
+)
+def test_a_portrait_has_both_sides_of_each_event(name, velocity):
+    scene = read_scene(name)
+    (row,) = compute(scene, Fmu.open(built_scene(scene)))
+    trajectory = row.trajectory
+    assert trajectory is not None
+    inside = [event.time for event in trajectory.events if trajectory.time[0] < event.time < trajectory.time[-1]]
+    assert inside and all(time in trajectory.time for time in inside)
+    # what jumps does so within the last digits of the time of an event
+    jumps = np.abs(np.diff(trajectory[velocity]))
+    steps = np.diff(trajectory.time)
+    at_events = np.isin(trajectory.time[1:], inside) | np.isin(trajectory.time[:-1], inside)
+    assert jumps[at_events].max() > 100.0 * np.median(jumps)
+    rates = jumps[~at_events] / steps[~at_events]
+    assert rates.max() < 50.0 * (np.median(rates) + 1e-9)

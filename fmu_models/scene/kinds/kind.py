@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
@@ -17,11 +20,18 @@ from fmu_models.sections.return_map import ReturnMap
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.sections import Section
-from fmu_models.simulation.trajectory import Trajectory
+from fmu_models.simulation.trajectory import Event, Trajectory
 
 if TYPE_CHECKING:
     from fmu_models.language.maps import Map
     from fmu_models.sections.iteration import Iteration
+
+
+def with_events(times: Vector, events: Sequence[Event]) -> Vector:
+    """Ascending times with both sides of each event between them, so that drawn lines have its corner or its jump."""
+    inside = np.array([event.time for event in events if times[0] < event.time < times[-1]])
+    sides = (np.nextafter(inside, -np.inf), inside, np.nextafter(inside, np.inf))
+    return np.unique(np.concatenate([times, *sides]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.scene.kinds.kind import Kind, Row, period, section_of
+from fmu_models.scene.kinds.kind import Kind, Row, period, section_of, with_events
 from fmu_models.scene.scene import Scene
 from fmu_models.sections.amounts import Measured
 from fmu_models.sections.orbits import find_orbit
@@ -23,12 +23,14 @@ def _orbit(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     computation = scene.compute
     length = period(scene, run["parameters"], fmu)
     guess = {name: float(run["start"].get(name, fmu.start_of(name))) for name in fmu.states}
-    fixed = {name: run[name] for name in ("parameters", "inputs")}
+    fixed: dict[str, Any] = {name: run[name] for name in ("parameters", "inputs")}
     orbit = find_orbit(fmu, length, guess, autonomous=computation.autonomous, **fixed)
     values = {"period": orbit.period, **orbit.start, "stable": float(orbit.stable), "residual": orbit.residual}
     times = np.linspace(0.0, orbit.period, computation.samples)
-    trajectory = simulate(fmu, orbit.period, start=dict(orbit.start), output_times=times, **fixed)
-    sides = Measured(fmu).extremes((0.0, orbit.period), {**fixed, "start": dict(orbit.start)})
+    run = {**fixed, "start": dict(orbit.start)}
+    events = simulate(fmu, orbit.period, output_times=times[-1:], **run).events
+    trajectory = simulate(fmu, orbit.period, output_times=with_events(times, events), **run)
+    sides = Measured(fmu).extremes((0.0, orbit.period), run)
     for name, (low, high) in sides.items():
         values |= {f"{name}_min": low, f"{name}_max": high}
     return Row(None, values | _multipliers(orbit.multipliers), trajectory)

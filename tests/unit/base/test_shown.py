@@ -160,7 +160,7 @@ def test_a_section_is_drawn_by_its_first_two_states(states: tuple[str, ...], cou
     points = np.random.default_rng(1).normal(size=(count, len(states))) + 10.0 * np.arange(len(states))
     section = PoincareSection("rig", states, (), points, np.ones(count), np.zeros((count, 0), np.int32))
     axes = section.plot(ax=Figure().subplots())
-    assert (axes.get_xlabel(), axes.get_ylabel()) == (states[0], states[:2][-1])
+    assert (axes.get_xlabel(), axes.get_ylabel()) == (f"${states[0]}$", f"${states[:2][-1]}$")
     across, up = points[:, 0], points[:, :2][:, -1]
     if count > 10_000:  # counts in cells
         centres = np.asarray(axes.collections[0].get_offsets())

@@ -82,6 +82,8 @@ def test_a_basin_says_its_motions_in_words() -> None:
 def test_constants_stand_below_and_departures_are_said(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, CLASS_A)
     assert "$N_{0}$ = 8 N" in caption(scene).replace("\n", " ") and "departs" not in caption(scene)
+    lines = caption(scene).splitlines()
+    assert len(lines) > 1 and all(line.endswith(";") for line in lines[:-1])  # none parts a value from its unit
     departing = read_scene(scene.path, {"N0": "9 N"})
     assert "$N_{0}$ = 9 N" in caption(departing).replace("\n", " ")
     assert caption(departing).endswith("departs: $N_{0}$ is 8 in the scene")

@@ -52,8 +52,7 @@ def draw_branches(branches: Sequence[Branch], of: str, axes: Axes, closed_form: 
     where the word changes a dotted line between the multipliers on both sides."""
     marks: dict[str, list[tuple[float, float]]] = {}
     for branch in branches:
-        values, stable, lines, corners = lines_of(branch, of)
-        draw_lines(values, stable, lines, "black", axes, corners)
+        draw_lines(*lines_of(branch, of), "black", axes)
         for i, special in enumerate(branch.special):
             heights = _heights(branch, i, of)
             marks.setdefault(special.kind, []).extend((special.value, height) for height in heights)
@@ -90,9 +89,7 @@ def _draw_closed_form(
     return line
 
 
-def draw_lines(
-    values: Vector, stable: Vector, lines: Vector, colour: str, axes: Axes, corners: Vector | None = None
-) -> None:
+def draw_lines(values: Vector, stable: Vector, lines: Vector, corners: Vector | None, colour: str, axes: Axes) -> None:
     """Heights (k, m) over values (m,), dashed where pieces (m - 1,) are not stable; smooth but at corners (m,), if it
     is known where these are."""
     from matplotlib.collections import LineCollection

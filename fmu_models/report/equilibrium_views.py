@@ -31,7 +31,7 @@ def _(branch: EquilibriumBranch, axes: Axes) -> None:
 def _draw_equilibria(branch: EquilibriumBranch, axes: Axes) -> None:
     """As branches of motions are, the cycles that leave them in another colour; sets of them as bands."""
     stable = branch.stable[:-1] & branch.stable[1:]
-    draw_lines(branch.values, stable, branch.points[None, :, branch.states.index(branch.of)], "black", axes)
+    draw_lines(branch.values, stable, branch.points[None, :, branch.states.index(branch.of)], None, "black", axes)
     band = None
     if branch.intervals is not None:
         band = axes.fill_between(
@@ -44,8 +44,7 @@ def _draw_equilibria(branch: EquilibriumBranch, axes: Axes) -> None:
     for special in branch.special:
         marks.setdefault(special.kind, []).append((special.value, special.state[branch.of]))
     for cycles in branch.cycles:
-        values, solid, lines, corners = lines_of(cycles, branch.of)
-        draw_lines(values, solid, lines, COLOURS[0], axes, corners)
+        draw_lines(*lines_of(cycles, branch.of), COLOURS[0], axes)
         for special in cycles.special:
             marks.setdefault(special.kind, []).append((special.value, special.state[branch.of]))
     handles = legend_of(marks, axes)

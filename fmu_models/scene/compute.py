@@ -127,7 +127,7 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
     Raises:
         StickslipError: a reference to a result or a value that there is none of.
     """
-    comparisons = []
+    comparisons, departs = [], bool(scene.departs)
     for reference in scene.references:
         panel = [row for row in rows if _same(row.panel, reference.panel)]
         row = next((row for row in panel if _same(row.at, reference.at)), None)
@@ -145,7 +145,6 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
                 "'at' of its run."
             )
         for name, expected in reference.values.items():
-            departs = bool(scene.departs)
             if not departs:
                 refuse_unknown(name, row.values, f"{scene.path}: there is no result '{name}'.")
             found = row.values.get(name, math.nan)

@@ -55,13 +55,13 @@ def bench_points(scene: Scene, rows: Sequence[Row], logs: Sequence[RigLog]) -> l
         )
     period = float(2.0 * np.pi * np.sqrt(rig.J.value / rig.k.value))
     motions = [motion for family in measured_motions(logs, period).values() for motion in family]
+    disc = int(str(over)[-1])
+    speeds = np.array([dict(enumerate(motion.log.experiment.drive_speed)).get(disc, np.inf) for motion in motions])
     found: list[BenchPoints | None] = []
     for row in rows:
         at, run = float(row.at or 0.0), row.trajectory
         assert run is not None
-        disc = int(str(over)[-1])
-        speeds = [dict(enumerate(motion.log.experiment.drive_speed)).get(disc, np.inf) for motion in motions]
-        nearest = int(np.argmin(np.abs(np.array(speeds) - at)))
+        nearest = int(np.argmin(np.abs(speeds - at)))
         if abs(speeds[nearest] - at) > SAME * abs(at):
             found.append(None)
             continue

@@ -1,7 +1,7 @@
 """A measured series, and what motion it is: periodic, quasiperiodic, chaos, transient chaos, noise, or too short."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -216,7 +216,7 @@ def _irregular(
         found = _regular(series, rest, about) if rest.explains else None
         if found is not None:
             why = f"{found.why} Before {end * series.step:.4g} {series.unit} it settles."
-            return SeriesInvariants(**{**vars(found), "why": why, "end": end * series.step})
+            return replace(found, why=why, end=end * series.step)
     sigma = state.noise
     noise = 0.0 if cycle <= 4 else sigma
     scale = before.std()
@@ -305,11 +305,11 @@ def _with_the_rest(found: SeriesInvariants, x: np.ndarray, cycle: int, seed: int
     missed = found.tangent.foretold / 2 if found.tangent else state.noise
     noise = min(missed, state.noise) if cycle <= 4 else state.noise
     every = max(state.delay // 2, 1)
-    more = {
-        "divergences": divergences(points, cycle, noise, seed),
-        "dimension": correlation_dimension(points, 2 * cycle, noise, seed),
-        "zero_one": zero_one_test(part, cycle, seed=seed),
-        "surrogates": found.surrogates or surrogate_test(part, cycle, 4 * state.delay, seed),
-        "recurrence": recurrence(points, every, cycle),
-    }
-    return SeriesInvariants(**{**vars(found), **more})
+    return replace(
+        found,
+        divergences=divergences(points, cycle, noise, seed),
+        dimension=correlation_dimension(points, 2 * cycle, noise, seed),
+        zero_one=zero_one_test(part, cycle, seed=seed),
+        surrogates=found.surrogates or surrogate_test(part, cycle, 4 * state.delay, seed),
+        recurrence=recurrence(points, every, cycle),
+    )

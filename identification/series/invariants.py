@@ -12,6 +12,7 @@ import numpy as np
 
 from identification.series.divergence import resampled
 from identification.series.embedding import windowed
+from rig_io.logs.log import stretches
 
 REFERENCES, LIBRARY = 800, 6000
 RADII = 40
@@ -164,8 +165,7 @@ def recurrence(points: np.ndarray, every: int, apart: int = 1) -> Recurrence:
 
 def _runs(marked: np.ndarray) -> np.ndarray:
     """Lengths of runs of what is true."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], marked.astype(np.int8), [0]])))
-    return edges[1::2] - edges[::2]
+    return np.diff(stretches(marked)).ravel()
 
 
 def level_crossings(x: np.ndarray, level: float | None = None, dead_band: float = 0.0) -> np.ndarray:

@@ -19,10 +19,8 @@ import numpy as np
 from identification.series.embedding import windowed
 
 COUNTS = (15, 30, 60, 120, 240)  # neighbours
-CLEAR, KNOWN = (
-    10.0,
-    600.0,
-)  # variances of noise, which the widest direction of a neighbourhood has to have, alone and summed
+# variances of noise, which the widest direction of a neighbourhood has to have, alone and summed over neighbours
+CLEAR, KNOWN = 10.0, 600.0
 KEPT, SLOPED = 2.0, 150.0  # the same of each direction that counts: slopes that are noise make differences grow
 THIN = 1e-3  # of the variance along the widest direction, below which one is curvature
 FAST = 0.5  # exponent times cycle, from which maps over half a cycle are looked at too

@@ -19,6 +19,7 @@ from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.return_map import ReturnMap
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
+from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section
 from fmu_models.simulation.trajectory import Event, Trajectory
 
@@ -32,6 +33,12 @@ def with_events(times: Vector, events: Sequence[Event]) -> Vector:
     inside = np.array([event.time for event in events if times[0] < event.time < times[-1]])
     sides = (np.nextafter(inside, -np.inf), inside, np.nextafter(inside, np.inf))
     return np.unique(np.concatenate([times, *sides]))
+
+
+def drawn_run(fmu: Fmu, stop_time: float, times: Vector, **run: Any) -> Trajectory:
+    """A run at times and at both sides of its events, which a first run finds."""
+    events = simulate(fmu, stop_time, output_times=times[-1:], **run).events
+    return simulate(fmu, stop_time, output_times=with_events(times, events), **run)
 
 
 @dataclass(frozen=True, eq=False)

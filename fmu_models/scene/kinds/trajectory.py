@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.scene.kinds.kind import Kind, Row, with_events
+from fmu_models.scene.kinds.kind import Kind, Row, drawn_run
 from fmu_models.scene.scene import Scene
-from fmu_models.simulation.run import simulate
 
 FIRST = 12  # events whose times are told
 
@@ -19,8 +18,7 @@ FIRST = 12  # events whose times are told
 def run_row(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     """The run of a scene, at ``samples`` times."""
     times = np.linspace(0.0, run["stop_time"], scene.compute.samples)
-    events = simulate(fmu, **run, output_times=times[-1:]).events
-    trajectory = simulate(fmu, **run, output_times=with_events(times, events))
+    trajectory = drawn_run(fmu, times=times, **run)
     values = {name: float(trajectory[name][-1]) for name in (*fmu.states, *fmu.outputs)}
     for name in (*fmu.states, *fmu.outputs):
         values |= {f"{name}_min": float(trajectory[name].min()), f"{name}_max": float(trajectory[name].max())}

@@ -9,7 +9,7 @@ from fmu_models.base import console
 from fmu_models.commands.arguments import RunFiles
 from fmu_models.commands.bundles import bundled
 
-SOLVERS = "auto, dopri5, dop853, stiff, jacobi, gauss-seidel"
+SOLVERS = "auto, dopri5, dop853, stiff, co-simulation"
 
 
 @console.trusting
@@ -31,8 +31,8 @@ def couple(
 ) -> None:
     """Simulate several FMUs as one system.
 
-    Where all have Model Exchange they are integrated as one, with common events; otherwise, or by --solver jacobi and
-    gauss-seidel, they are stepped one by one.
+    Where all have Model Exchange they are integrated as one, with common events; otherwise, or by --solver
+    co-simulation, they are stepped one by one.
 
     Example: stickslip couple disc_rig_motors --input motor0.w_set=log.csv:speed --beside rig.theta=log.csv:angle
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from ctypes import POINTER, byref, c_double, c_int32, c_void_p
 from functools import cache
 from pathlib import Path
@@ -121,7 +121,11 @@ class Composite:
         setattr(self.c, name, array.ctypes.data)
         self.arrays[name] = array
 
-    def _wire(self, order: Sequence[CouplingStage]) -> None:
+    def hold(self, ports: Collection[Port]) -> None:
+        """Leave inputs alone in an exchange, as those that change at events only."""
+        self._wire(self.stages, ports)
+
+    def _wire(self, order: Sequence[CouplingStage], held: Collection[Port] = ()) -> None:
         """The arrays of outputs, inputs, groups and stages."""
         fmus = self.system.fmus
         self.stages = list(order)
@@ -133,7 +137,7 @@ class Composite:
         for stage in order:
             row = [int(stage.loop), len(reads), 0, len(writes), 0, first_input, len(stage.wires), matrix, 0]
             reads += self._groups(stage.outputs, first_output)
-            writes += self._groups([wire.target for wire in stage.wires], first_input)
+            writes += self._groups([wire.target for wire in stage.wires], first_input, held)
             row[2], row[4] = len(reads) - row[1], len(writes) - row[3]
             rows.append(tuple(row))
             first_output += len(stage.outputs)
@@ -160,11 +164,13 @@ class Composite:
             self._put(name, np.zeros(length), np.float64)
         self._put("pivot", np.zeros(len(targets)), np.int32)
 
-    def _groups(self, ports: Sequence[Port], first: int) -> list[tuple[int, int, int, int]]:
+    def _groups(
+        self, ports: Sequence[Port], first: int, held: Collection[Port] = ()
+    ) -> list[tuple[int, int, int, int]]:
         """Runs of one unit and one variability."""
         groups: list[tuple[int, int, int, int]] = []
         for i, (unit, name) in enumerate(ports):
-            key = self.names.index(unit), int(discrete(self.system.fmus[unit], name))
+            key = self.names.index(unit), int(discrete(self.system.fmus[unit], name) or (unit, name) in held)
             if groups and (groups[-1][0], groups[-1][3]) == key:
                 groups[-1] = (key[0], groups[-1][1], groups[-1][2] + 1, key[1])
             else:

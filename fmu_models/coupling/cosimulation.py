@@ -1,356 +1,417 @@
-"""Co-simulation of several units: each integrates itself over a step, values pass at communication points.
+"""Co-simulation of several units by a master of variable step and order.
 
-    at a point:   exchange of all values, stage by stage (loops by Newton's method)
-    step of h:    inputs of the units, held over the step at what they are expected to be in its middle,
-                      u + (u - u_before) h / (2 h_before)
-                  an input whose rate is fed too keeps its value; the unit itself follows the rate
-    jacobi:       all units from these inputs
-    gauss-seidel: one after another; what earlier ones have reached is known, so that the middle is a mean of two ends
-    event inside: the unit handles it and goes on; the others learn of it at the next point. The step after holds inputs
-    control:      one step of h and two of h/2 are compared, so that points gather at events; every unit must be able
-                  to put itself back
+    expect    inputs over the next step: polynomials of degree k through their values at the points accepted so far
+    step      every unit follows them as well as it can (see ``unit``), to the end or to the first event of any
+    exchange  all values at the point reached, loops by Newton's method
+    control   how far the inputs are off there, weighed by what it does (see ``control``): accept, or put back and try
+              a shorter step. Where a unit cannot be put back, the step is kept and the next one is shorter
+    event     what a unit tells behind it belongs to no polynomial: event mode, exchange, and a new history of one point
+              with its slopes. One that is found by a long step is approached by two more, so that lines have no bend on
+              the last; an event without a word, as of FMI 2, is a jump that no shorter step makes smaller
 
-The error of a run falls like h**2 where the motion is smooth.
+The order of the units is irrelevant to the result.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from ctypes import byref
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.coupling.composite import Composite, library
-from fmu_models.coupling.stepper import UnitStepper
+from fmu_models.coupling.composite import library
+from fmu_models.coupling.control import SHRINK, StepControl
+from fmu_models.coupling.dense import DenseOutput
+from fmu_models.coupling.histories import SLOPE_AT_END, History, Matrix, Vector
+from fmu_models.coupling.order import discrete
+from fmu_models.coupling.points import CommunicationPoints
+from fmu_models.coupling.unit import SteppedUnit
 from fmu_models.coupling.wiring import split
-from fmu_models.importer import instance, request
-from fmu_models.importer.instance import STATUS, F
+from fmu_models.importer import request
 from fmu_models.importer.motion_error import MotionError
-from fmu_models.simulation.inputs import signals_of
-from fmu_models.simulation.signal import Signal
-from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
+from fmu_models.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from fmu_models.coupling.system import CoupledSystem
 
-CONTROL_TOLERANCE = 1e-4  # a method of second order needs too many steps for much less
-UNIT_TOLERANCE = 1e-8  # of the units' own integration: well below what the exchange costs
-SHORTEST = 1e-9  # of the run: a jump is stepped over rather than resolved further
+TOLERANCE = 1e-6
+SHORTEST = 1e-13  # of the run
+RENEWED = 10  # steps for which responses of the units serve
+APPROACH = 0.02  # of the way to an event: what is left for the last step
+PRECISE = 100.0  # of the tolerance, in times of the fastest unit: how long a step with bends may be that finds an event
+BENT = 0.1  # of the tolerance: lines that do not bend more reach an event at once
+COUNTING = 3  # changes in a row that are no events any more
+DISCARDS = 12  # in a row
+STUBBORN = 3  # misses in a row that a shorter step does not lessen: a jump
 
 
 def co_simulate(
-    system: CoupledSystem,
-    solver: str,
-    *,
-    output_times: ArrayLike | None = None,
-    progress: Callable[[float], None] | None = None,
+    system: CoupledSystem, *, output_times: ArrayLike | None = None, progress: Callable[[float], None] | None = None
 ) -> Trajectory:
-    """Step the units of ``system`` by "jacobi" or "gauss-seidel"; see ``couple``. MotionError: a unit fails;
-    StickslipError: steps are to be controlled, but a unit cannot be put back."""
+    """Step the units of ``system``; see ``couple``. MotionError: a unit fails; StickslipError: a unit cannot do what
+    the settings ask for."""
     for name, unit in system.units.items():
         if unit.fmu.description.coSimulation is None:
             raise StickslipError(
-                f"The unit '{name}' has no Co-Simulation, which '{solver}' needs. "
+                f"The unit '{name}' has no Co-Simulation, which 'co-simulation' needs. "
                 "Where all units have Model Exchange, choose the solver 'auto'."
             )
-    run = _CoSimulation(system, solver)
+    times = None
+    if output_times is not None:
+        times = request.output_times(output_times, system.start_time, system.stop_time)
+    # sums and pivots depend on the order of terms
+    arranged = system.changed(
+        units=dict(sorted(system.units.items())),
+        connections=sorted(system.connections, key=lambda c: (c.target, c.source)),
+    )
+    master = Master(arranged, list(system.units), times)
     try:
-        times = (
-            None if output_times is None else request.output_times(output_times, system.start_time, system.stop_time)
-        )
-        return run.made(times, progress)
+        return master.run(progress)
     finally:
-        run.composite.close()
+        master.points.composite.close()
 
 
-class _CoSimulation:
-    """The units between two communication points, and what has been recorded."""
+class Master:
+    """A run of a co-simulation.
 
-    def __init__(self, system: CoupledSystem, solver: str) -> None:
-        self.system, self.sequential = system, solver == "gauss-seidel"
-        self.composite = Composite(system, co_simulation=True)
-        self.events: list[ForeignEvent] = []
-        instances = zip(self.composite.names, self.composite.instances, strict=True)
-        self.steppers = [UnitStepper(name, unit_instance, self._note) for name, unit_instance in instances]
-        self.fixed = [stepper.name for stepper in self.steppers if not stepper.puts_back]
-        if system.adaptive and self.fixed:
+    Args:
+        names: of the units in the order in which they are recorded.
+        times: when to record, s; None: at the communication points.
+    """
+
+    def __init__(self, system: CoupledSystem, names: list[str], times: Vector | None) -> None:
+        self.system, self.points = system, CommunicationPoints(system)
+        self.units = self.points.units
+        fixed = [unit.name for unit in self.units if not unit.puts_back]
+        if system.rollback and fixed:
             raise StickslipError(
-                f"Steps are controlled by trying them, but the unit '{self.fixed[0]}' cannot be put back "
-                "(canGetAndSetFMUState). Leave 'adaptive' out and choose a step."
+                f"The unit '{fixed[0]}' cannot be put back (canGetAndSetFMUState), so that no step can be repeated. "
+                "Leave 'rollback' out."
             )
-        stiff = [stepper.name for stepper in self.steppers if not stepper.any_step]
-        if system.adaptive and stiff:
-            raise StickslipError(f"The unit '{stiff[0]}' takes steps of one length only. Leave 'adaptive' out.")
-        self.adaptive = system.adaptive if system.adaptive is not None else not (self.fixed or stiff or system.step)
-        arrays, wires = self.composite.arrays, self.composite.wires
-        n = len(wires)
-        self.u, self.y = arrays["inputs"][:n], arrays["outputs"][: len(self.composite.ports)]
-        self.source, self.factor, self.offset = (arrays[name][:n] for name in ("source", "factor", "offset"))
-        fed = {wire.target for wire in wires}
-        self.extrapolated = np.array(
-            [(unit, f"{name}_rate") not in fed for unit, name in (w.target for w in wires)], bool
-        )
-        self.before, self.last = self.u.copy(), 0.0
-        self.groups = [
-            (int(g["unit"]), int(g["first"]), int(g["n"]), bool(g["discrete"])) for g in arrays["writes"] if g["n"]
-        ]
-        self.reads = [(int(g["unit"]), int(g["first"]), int(g["n"])) for g in arrays["reads"] if g["n"]]
-        self.discrete = np.zeros(n, dtype=bool)
-        for _, first, length, discrete in self.groups:
-            self.discrete[first : first + length] = discrete
-        self.expected = self.extrapolated & ~self.discrete
-        self.own_groups: list[list[tuple[int, int]]] = [[] for _ in self.steppers]
-        for unit, first, length, discrete in self.groups:
-            if not discrete:
-                self.own_groups[unit].append((first, length))
-        self.own_reads: list[list[tuple[int, int]]] = [[] for _ in self.steppers]
-        for unit, first, length in self.reads:
-            self.own_reads[unit].append((first, length))
-        self.passed: dict[tuple[str, int], tuple[Any, ...]] = {}
-        self.fed = self._fed([wire.source[0] for wire in wires])
-        fmu = self.composite.fmu
-        states = [name for name in self.composite.states if name in fmu.variables]
-        names = list(system.outputs) or list(dict.fromkeys([*states, *request.recordable(fmu)]))
-        self.recorded = request.Selection.of(fmu, names)
-        self.controlled = request.Selection.of(fmu, states)
-        self.nominal = np.array([self._nominal(name) for name in states])
-        self.largest = np.zeros(len(states) + self.y.size)
-        self.steps = self.rejected = self.forced = 0
-        span = system.start_time, system.stop_time
-        self.inputs = signals_of(fmu, system.values("inputs"), *span)
-        moving = {name: signal for name, signal in self.inputs.items() if isinstance(signal, Signal)}
-        self.driven = request.table(fmu, moving, *span)
-        # an input whose rate is given too: the unit itself follows it
-        names = self.driven.inputs.names
-        self.follows = np.array([f"{name}_rate" in names for name in names], dtype=bool)
+        rigid = [unit.name for unit in self.units if not unit.any_step]
+        if rigid and not system.step:
+            raise StickslipError(f"The unit '{rigid[0]}' takes steps of one length only. Choose a step.")
+        self.repeats = not fixed and system.rollback is not False
+        self.step, self.span = system.step, system.stop_time - system.start_time
+        self.tolerance = system.tolerance or TOLERANCE
+        signals = self.points.signals
+        self.history = History(signals.size)
+        nominal = [self._nominal(*self.points.composite.wires[i].target) for i in signals]
+        self.control = StepControl(self.tolerance, self.span, np.array(nominal))
+        self.degree, self.reached = 0, 0
+        self.steps = self.retries = self.missed = self._age = 0
+        self.h, self._limit = 0.0, np.inf  # of the next step alone
+        self.output = self._output(names, times)
+        # those that may return early go first
+        self._order = sorted(range(len(self.units)), key=lambda i: not self.units[i].stops)
 
-    def _fed(self, sources: list[str]) -> list[NDArray[np.int_]]:
-        """The inputs that each unit feeds and that are expected ahead, by their places."""
-        unit_index = {name: unit for unit, name in enumerate(self.composite.names)}
-        fed_inputs: list[list[int]] = [[] for _ in self.steppers]
-        for i, source in enumerate(sources):
-            if self.expected[i]:
-                fed_inputs[unit_index[source]].append(i)
-        return [np.array(places, dtype=int) for places in fed_inputs]
-
-    def _nominal(self, name: str) -> float:
-        unit, variable = split(self.system.fmus, name, self.system.name)
-        stated = self.system.units[unit].fmu.variables[variable].nominal
+    def _nominal(self, unit: str, name: str) -> float:
+        stated = self.system.fmus[unit].variables[name].nominal
         return abs(float(stated)) if stated else 1.0
 
-    def _note(self, time: float, kind: str, name: str) -> None:
-        self.events.append(ForeignEvent(time, kind, -1, name, 0.0, 0.0, (), ()))
+    def _output(self, names: list[str], times: Vector | None) -> DenseOutput:
+        system, composite = self.system, self.points.composite
+        fmu, fmus = composite.fmu, system.fmus
+        rates = dict(zip(composite.states, composite.derivatives, strict=True))
+        rates = {x: rate for x, rate in rates.items() if x in fmu.variables and rate in fmu.variables}
+        states = [x for unit in names for x in composite.states if x.startswith(f"{unit}.") and x in fmu.variables]
+        every = [n for unit in names for n in request.recordable(fmu) if split(fmus, n, "")[0] == unit]
+        recorded = list(system.outputs) or list(dict.fromkeys([*states, *every]))
+        parts = [split(fmus, name, system.name) for name in recorded]
+        fixed = [fmus[unit].variables[name].causality in ("parameter", "calculatedParameter") for unit, name in parts]
+        held = np.array([still or discrete(fmus[u], name) for still, (u, name) in zip(fixed, parts, strict=True)], bool)
+        # what tells an event that changes something
+        stopping = [unit.name for unit in self.units if unit.stops]
+        memory = [
+            f"{unit}.{name}" for unit in fmus for name, v in fmus[unit].variables.items()
+            if v.causality in ("output", "local") and v.variability == "discrete" and f"{unit}.{name}" in fmu.variables
+        ]  # fmt: skip
+        moving = [x for x in rates if split(fmus, x, "")[0] in stopping]
+        self._changes = np.zeros(len(memory), dtype=int)  # in a row
+        self._memory = [split(fmus, n, "")[0] for n in memory]
+        sloped = [i for i, name in enumerate(recorded) if name in rates]
+        sought = [*recorded, *(rates[recorded[i]] for i in sloped), *memory, *moving, *(rates[x] for x in moving)]
+        selection = request.Selection.of(fmu, sought)
+        column = {name: i for i, name in enumerate(selection.names)}  # several may ask for the same
+        columns = np.array([column[name] for name in sought])
+        calls, chosen = byref(composite.calls), byref(selection.c)
+        self.recorded, self._watched = recorded, (len(recorded) + len(sloped), len(memory), len(moving))
 
-    def _initialize(self) -> None:
-        system, c = self.system, self.composite.c
-        c.tolerance, c.start, c.stop = UNIT_TOLERANCE, system.start_time, system.stop_time
-        values_by_name = system.values("parameters") | system.values("start")
-        values_by_name |= self.inputs | dict(zip(self.driven.inputs.names, self.driven.values[0].tolist(), strict=True))
-        chosen = request.Selection.of(self.composite.fmu, list(values_by_name))
-        values = np.array(list(values_by_name.values()), dtype=float)
-        calls = byref(self.composite.calls)
-        self._checked(library().fmi_write(calls, byref(chosen.c), values.ctypes.data), "setting its values")
-        for function in (F.ENTER_INITIALIZATION, F.EXIT_INITIALIZATION):
-            self._checked(library().fmi_plain(calls, function), "initialization")
-        for stepper in self.steppers:
-            stepper.begin(system.start_time)
-        self.time = system.start_time
-        self._exchange()
-        self.before = self.u.copy()
+        def read() -> Vector:
+            values = np.zeros(len(selection.names))
+            self.points.check(library().fmi_read(calls, chosen, values.ctypes.data), "reading values")
+            return values[columns]
 
-    def _checked(self, status: int, action: str) -> None:
-        if status >= STATUS.DISCARD:
-            time = getattr(self, "time", self.system.start_time)
-            raise MotionError(f"{action} fails at t = {time:.9g} s: {self.composite.message()}", "fmi error", time)
+        return DenseOutput(read, len(recorded), sloped, held, times)
 
-    def _exchange(self) -> None:
-        """All values at a communication point; discrete ones by events of the units that take them."""
-        earlier = self.u.copy()
-        self._checked(library().coupling_exchange(byref(self.composite.c), 0), "the exchange of values")
-        if not any(discrete for *_, discrete in self.groups):
-            return
-        for unit, first, n in self.reads:
-            self._read(unit, first, n)
-        self.u[:] = np.where(self.discrete, self.factor * self.y[self.source] + self.offset, self.u)
-        for unit, first, n, discrete in self.groups:
-            if discrete and (self.u[first : first + n] != earlier[first : first + n]).any():
-                self.steppers[unit].event(self.time, lambda unit=unit, first=first, n=n: self._write(unit, first, n))
-                self._note(self.time, "input", self.composite.names[unit])
-        self._checked(library().coupling_exchange(byref(self.composite.c), 0), "the exchange of values")
+    def _switched(self, row: Vector) -> str:
+        """The first unit that has changed a discrete variable without an event, in the step or by the exchange."""
+        first, n, _ = self._watched
+        changed = np.flatnonzero(self.output.last[first : first + n] != row[first : first + n])
+        changed = changed[self._changes[changed] < COUNTING]
+        return self._memory[changed[0]] if changed.size else ""
 
-    def _write(self, unit: int, first: int, n: int) -> int:
-        return self._pass(library().fmi_write, unit, first, n, "input", self.u)
+    def _count_changes(self, row: Vector) -> None:
+        """Of a variable that changes in every step, as a count of them does: it tells no event."""
+        first, n, _ = self._watched
+        changed = self.output.last[first : first + n] != row[first : first + n]
+        self._changes = np.where(changed | (self._changes >= COUNTING), self._changes + changed, 0)
 
-    def _read(self, unit: int, first: int, n: int) -> None:
-        self._checked(self._pass(library().fmi_read, unit, first, n, "output", self.y), "reading outputs")
+    def _is_short(self, length: float) -> bool:
+        """Whether an event is known well enough that lies in a step of such a length."""
+        return length * max(self.control.rate, 1.0 / self.span) <= PRECISE * self.tolerance
 
-    def _pass(
-        self, call: Callable[..., int], unit: int, first: int, n: int, kind: str, values: NDArray[np.float64]
-    ) -> int:
-        if (kind, first) not in self.passed:
-            types, references = (self.composite.arrays[f"{kind}_{suffix}"] for suffix in ("types", "references"))
-            at = instance.Variables(n, types[first:].ctypes.data, references[first:].ctypes.data)
-            self.passed[kind, first] = byref(self.steppers[unit].calls), byref(at), values[first:].ctypes.data
-        return call(*self.passed[kind, first])
+    def _nothing_changed(self, h: float) -> bool:
+        """Whether an event leaves all discrete variables as they were, and no state has jumped."""
+        if any(unit.pending and unit.name not in self._memory for unit in self.units):
+            return False
+        first, n, m = self._watched
+        before, after = (values[first:] for values in (self.output.last, self.output.read()))
+        rates = np.maximum(np.abs(before[n + m :]), np.abs(after[n + m :]))
+        moved = np.abs(after[n : n + m] - before[n : n + m])
+        smooth = moved <= 2.0 * rates * h + 1e-9 * (1.0 + np.abs(after[n : n + m]))
+        return bool((before[:n] == after[:n]).all() and smooth.all())
 
-    def _drive(self, ahead: float = 0.0) -> None:
-        """Inputs from outside as they are ``ahead`` s from here, without a jump between."""
-        table = self.driven
-        if table.inputs.names:
-            row = int(np.searchsorted(table.times, self.time, side="right")) - 1
-            passed = self.time - table.times[row] + np.where(self.follows, 0.0, ahead)
-            values = np.ascontiguousarray(table.values[row] + table.slopes[row] * passed)
-            calls, chosen = byref(self.composite.calls), table.inputs.c
-            self._checked(library().fmi_write(calls, byref(chosen), values.ctypes.data), "setting its inputs")
-
-    def _jump(self, latest: float) -> float:
-        """The next time at which an input from outside jumps, or ``latest``."""
-        jumps = self.driven.times[self.driven.jumps == request.JUMP]
-        return float(min(jumps[jumps > self.time].min(initial=latest), latest))
-
-    def _step(self, end: float) -> None:
-        """All units from here to ``end``, with the exchange there."""
-        h, start, noted = end - self.time, self.u.copy(), len(self.events)
-        slope = (start - self.before) * (0.5 * h / self.last) if self.last > 0.0 else np.zeros_like(start)
-        self.u[:] = start + np.where(self.expected, slope, 0.0)
-        self._drive(0.5 * h)
-        for unit, stepper in enumerate(self.steppers):
-            for first, n in self.own_groups[unit]:
-                self._checked(self._write(unit, first, n), f"setting the inputs of unit '{stepper.name}'")
-            stepper.step(self.time, end)
-            if self.sequential:
-                for first, n in self.own_reads[unit]:
-                    self._read(unit, first, n)
-                fed = self.fed[unit]
-                reached = self.factor[fed] * self.y[self.source[fed]] + self.offset[fed]
-                self.u[fed] = 0.5 * (start[fed] + reached)
-        self.time, self.last = end, h
-        self.u[:] = start
-        self._drive()
-        self._exchange()
-        self.before = start
-        self.steps += 1
-        if len(self.events) > noted:
-            # a slope across an event expects nothing of what follows it
-            self.last = 0.0
-
-    @contextmanager
-    def _saved(self) -> Iterator[Callable[[], None]]:
-        """The function that puts all units back to here."""
-        states = [(stepper, stepper.save(self.time)) for stepper in self.steppers]
-        point = self.time, self.last, self.u.copy(), self.before.copy(), self.y.copy(), len(self.events)
-
-        def put_back() -> None:
-            for stepper, state in states:
-                stepper.put_back(state, self.time)
-                stepper.ended = False
-            self.time, self.last = point[0], point[1]
-            self.u[:], self.before, self.y[:] = point[2], point[3].copy(), point[4]
-            del self.events[point[5] :]
-
-        try:
-            yield put_back
-        finally:
-            for stepper, state in states:
-                stepper.free(state)
-
-    def _selected(self, selection: request.Selection, action: str) -> NDArray[np.float64]:
-        """Present values of a selection of variables."""
-        values = np.zeros(len(selection.names))
-        calls = byref(self.composite.calls)
-        self._checked(library().fmi_read(calls, byref(selection.c), values.ctypes.data), action)
-        return values
-
-    def _observed(self) -> NDArray[np.float64]:
-        return np.concatenate([self._selected(self.controlled, "reading states"), self.y])
-
-    def _control(self, h: float, latest: float, shortest: float) -> float:
-        """One accepted pair of steps of h/2 or less; the length to try next."""
-        tolerance = self.system.tolerance or CONTROL_TOLERANCE
-        with self._saved() as put_back:
-            while True:
-                start = self.time
-                end = latest if start + h * (1 + 1e-9) >= latest else start + h
-                h = end - start
-                self._step(end)
-                single = self._observed()
-                put_back()
-                self._step(start + 0.5 * h)
-                self._step(end)
-                halves = self._observed()
-                self.largest = np.maximum(self.largest, np.abs(halves))
-                nominal = np.concatenate([self.nominal, np.zeros(self.y.size)])
-                scale = np.maximum(nominal + np.abs(halves), np.maximum(self.largest, 1e-12))
-                error = float(np.max(np.abs(single - halves) / scale, initial=0.0)) / (3.0 * tolerance)
-                factor = min(3.0, max(0.2, 0.9 * max(error, 1e-12) ** (-1.0 / 3.0)))
-                if error <= 1.0 or h <= shortest:
-                    self.forced += error > 1.0
-                    return max(h * factor, shortest)
-                self.rejected += 1
-                put_back()
-                h = max(h * min(factor, 0.5), shortest)
-
-    def made(self, times: NDArray[np.float64] | None, progress: Callable[[float], None] | None) -> Trajectory:
-        system = self.system
-        span = system.stop_time - system.start_time
-        h = system.step or span / 1000
-        self._initialize()
-        points, rows = [], []
-        index, next_output = 1, 0
-        while True:
-            due = times is None
-            while times is not None and next_output < times.size and times[next_output] <= self.time:
-                due, next_output = True, next_output + 1
-                points.append(times[next_output - 1])
-                rows.append(self._record())
-            if times is None and due:
-                points.append(self.time)
-                rows.append(self._record())
-            if self.time >= system.stop_time or any(stepper.ended for stepper in self.steppers):
-                break
-            latest = (
-                system.stop_time
-                if times is None or next_output >= times.size
-                else min(times[next_output], system.stop_time)
-            )
-            latest = self._jump(latest)
-            if self.adaptive:
-                cut = latest - self.time < h
-                proposed = self._control(h, latest, SHORTEST * span)
-                h = max(h, proposed) if cut else proposed
-            else:
-                grid = system.start_time + index * h
-                while grid <= self.time + 1e-9 * h:
-                    index += 1
-                    grid = system.start_time + index * h
-                end = latest if grid > latest - 1e-9 * h else grid
-                self._step(end)
+    def run(self, progress: Callable[[float], None] | None = None) -> Trajectory:
+        """From start to stop. MotionError: a unit fails, or refuses every step."""
+        system, points = self.system, self.points
+        points.begin(self.tolerance)
+        points.refuse_rates_of_values()
+        self._restart()
+        while points.time < system.stop_time and not any(unit.ended for unit in self.units):
+            self._advance()
             if progress:
-                progress((self.time - system.start_time) / span)
-        for stepper in self.steppers:
-            library().fmi_plain(byref(stepper.calls), F.TERMINATE)
-        return self._trajectory(np.array(points), np.array(rows).reshape(len(points), -1))
+                progress((points.time - system.start_time) / self.span)
+        self.output.finish(points.time)
+        for unit in self.units:
+            unit.terminate()
+        return self._trajectory()
 
-    def _record(self) -> NDArray[np.float64]:
-        return self._selected(self.recorded, "reading values")
+    def _restart(self) -> None:
+        """Behind the start, an event or a jump: a history of this point alone."""
+        points = self.points
+        values = points.u[points.signals]
+        self.control.see(values)
+        self._renew()
+        slopes = points.slopes()
+        self.history.restart(points.time, values, slopes)
+        points.exchange()
+        self.degree = self.history.known - 1
+        if not self.step:
+            self.h = self.control.first(slopes) * (1.0 if self.repeats else 0.3)
+        self.output.point(points.time, self.degree)
 
-    def _trajectory(self, times: NDArray[np.float64], rows: NDArray[np.float64]) -> Trajectory:
-        variables = self.composite.fmu.variables
-        values = {name: np.ascontiguousarray(rows[:, i]) for i, name in enumerate(self.recorded.names)}
+    def _renew(self) -> None:
+        self.control.answers(*self.points.responses())
+        self._age = 0
+
+    def _end(self) -> tuple[float, bool]:
+        """Where the next step shall end, and whether an input from outside jumps there."""
+        time, stop = self.points.time, self.system.stop_time
+        if self.step:
+            count = np.floor((time - self.system.start_time) / self.step + 1e-9) + 1.0
+            end = self.system.start_time + count * self.step
+        else:
+            left = stop - time
+            # two of equal length rather than a short last one
+            end = time + (0.5 * left if self.h < left < 1.5 * self.h else self.h)
+        end = stop if end > stop - 1e-9 * (end - time) else end
+        bend, jumps = self.points.next_bend()
+        return (bend, jumps) if bend <= end + 1e-9 * (end - time) else (end, False)
+
+    def _advance(self) -> None:
+        """One accepted step, however often it is tried."""
+        if self.repeats:
+            for unit in self.units:
+                unit.save()
+        start, noted, before = self.points.time, len(self.points.events), self.points.u.copy()
+        h, stubborn, last, discards = self.h, 0, np.inf, 0
+        proposed = h
+        if self._limit < h:
+            h = self._limit
+        self._limit = np.inf
+        while True:
+            self.h = h
+            end, jumps = self._end()
+            try:
+                reached, series = self._move(end)
+            except MotionError as error:
+                discards += 1
+                if error.kind != "discard" or not self.repeats or self.step or discards > DISCARDS:
+                    raise
+                self._put_back(start, noted, before)
+                h = 0.25 * (end - start)
+                continue
+            if any(unit.pending for unit in self.units) and not self._is_void(reached, series):
+                left = self._approach(start, reached, end, series)
+                if left:
+                    self._put_back(start, noted, before)
+                    h, self._limit = left, 2.0 * (reached - start - left)
+                    continue
+                self._finish(reached)
+                return
+            self._look(reached, series)
+            row = self.output.read()
+            if switched := self._switched(row):
+                if self.repeats and not self.step and not self._is_short(reached - start):
+                    self._put_back(start, noted, before)
+                    h = self._limit = 0.5 * (reached - start)
+                    continue
+                self._count_changes(row)
+                self.points.note(reached, switched)
+                self.output.point(reached, self.degree)
+                self._finish(reached)
+                return
+            values = self.points.u[self.points.signals]
+            defects = self.history.defects(reached, values)
+            length = reached - start
+            error = self.control.error(defects[self.degree], self.degree)
+            bent = max(self._bent(length, series), self.output.error(reached, row) / self.tolerance)
+            if max(error, bent) <= 1.0 or not self.repeats or self.step:
+                self.missed += max(error, bent) > 1.0
+                self.h = max(h, proposed) if self._limit < np.inf or h < proposed else h
+                self._count_changes(row)
+                self._accept(reached, values, defects, bent, cut=length < 0.99 * self.h, jumps=jumps)
+                return
+            stubborn = stubborn + 1 if error > 0.5 * last else 0
+            last = error
+            once = stubborn >= STUBBORN and self.control.happens_once(length, defects[self.degree])
+            if once or length <= SHORTEST * self.span:
+                self.missed += not once
+                self.output.point(reached, self.degree)
+                self._finish(reached)
+                return
+            self.retries += 1
+            degree, factor = self.control.choose(defects, self.degree)
+            self._put_back(start, noted, before)
+            self.degree, self._limit = degree, np.inf
+            h = proposed = length * max(SHRINK, min(factor, 0.8 * max(bent, 1e-9) ** -0.25, 0.7))
+
+    def _put_back(self, time: float, noted: int, values: Vector) -> None:
+        for unit in self.units:
+            unit.put_back()
+        self.points.time = time
+        self.points.u[:] = values
+        del self.points.events[noted:]
+
+    def _move(self, end: float) -> tuple[float, Matrix]:
+        """All units to ``end``, or to the first event; the time reached, and what the signals were expected to be."""
+        series = self.history.series(end, self.degree)
+        done: list[int] = []
+        for i in self._order:
+            unit = self.units[i]
+            stop = unit.stops and (not done or (all(self.units[k].puts_back for k in done) and self.repeats))
+            reached = unit.step(end, self.points.unit_inputs(i, series, end), stop)
+            if unit.ended and unit.time < end:
+                end = unit.time
+            elif reached < end:
+                end = reached
+                series = self.history.series(end, self.degree)
+                for k in done:
+                    self.units[k].put_back()
+                    self.units[k].step(end, self.points.unit_inputs(k, series, end), self.units[k].stops)
+            done.append(i)
+        return end, series
+
+    def _bent(self, h: float, series: Matrix) -> float:
+        """Error by lines that stand for curves, over the tolerance."""
+        bends = np.zeros(series.shape[1])
+        for unit, places in zip(self.units, self.points.places, strict=True):
+            if unit.degree < 2:
+                bends[places] = series[2, places]
+        return self.control.feed_error(h, bends)
+
+    def _is_void(self, time: float, series: Matrix) -> bool:
+        """Whether an event changes nothing, as where a body sticks for a moment because lines have bends."""
+        h = time - self.points.time
+        if not self.control.happens_once(h, series[2]) or not self._nothing_changed(h):
+            return False
+        self.points.handle_events()
+        for _ in range(len(self.points.events)):
+            if self.points.events[-1].time != time:
+                break
+            self.points.events.pop()
+        return True
+
+    def _approach(self, start: float, event: float, end: float, series: Matrix) -> float:
+        """Length of a step that ends just before an event; 0: it may be taken as it was found."""
+        way = event - start
+        if not self.repeats or self.step or way <= 1e-12 * max(self.span, abs(event)):
+            return 0.0
+        bend = np.abs(self.history.series(end, self.degree)[2]) if end > event else np.abs(series[2])
+        # a line misses the rate by much more, on which a body that sticks depends
+        straight = bool((bend <= BENT * self.tolerance * self.control.size).all())
+        exact = straight and (not bend.any() or self._is_short(max(end - start, way)))
+        if exact and not self.output.inside(start, event):
+            return 0.0
+        return way * (1.0 - APPROACH)
+
+    def _look(self, time: float, series: Matrix) -> None:
+        """The values at the point reached."""
+        points = self.points
+        h = time - points.time
+        points.time = time
+        points.drive()
+        points.expect_rates((SLOPE_AT_END @ series) / h)
+        points.exchange()
+
+    def _accept(self, time: float, values: Vector, defects: Matrix, bent: float, *, cut: bool, jumps: bool) -> None:
+        h = time - self.history.time
+        used = self.degree
+        self.steps += 1
+        self.reached = max(self.reached, used)
+        proposed = self.h
+        self.degree, factor = self.control.choose(defects, used)
+        longer = h * min(factor, 0.8 * max(bent, 1e-9) ** -0.25)
+        self.h = max(proposed, longer) if cut else longer
+        self.history.accept(time, values, defects)
+        self.control.see(values)
+        self._age += 1
+        if self._age >= RENEWED:
+            self._renew()
+        self.output.point(time, used)
+        if jumps:
+            self.output.event(time)
+            self.points.drive(jump=True)
+            self.points.exchange()
+            self._restart()
+
+    def _finish(self, time: float) -> None:
+        """A step that ends at an event."""
+        self.steps += 1
+        points = self.points
+        points.time = time
+        self.output.event(time)
+        points.handle_events()
+        points.drive()
+        points.exchange()
+        self._restart()
+
+    def _trajectory(self) -> Trajectory:
+        output, variables = self.output, self.points.composite.fmu.variables
+        rows = np.array(output.rows).reshape(len(output.time), -1)
+        values = {name: np.ascontiguousarray(rows[:, i]) for i, name in enumerate(self.recorded)}
         units = {name: str(variables[name].unit or "1") for name in values}
-        note = f"co-simulation of {len(self.steppers)} units by {'Gauss-Seidel' if self.sequential else 'Jacobi'}"
-        note += ", steps controlled" if self.adaptive else ", fixed step"
-        if self.fixed:
-            note += f", because {', '.join(self.fixed)} cannot be put back"
-        if self.forced:
-            note += f"; {self.forced} steps of the shortest length missed the tolerance"
-        remarks = {stepper.name: stepper.instance.remark for stepper in self.steppers if stepper.instance.remark}
-        note += "".join(f"; unit '{name}' {remark}" for name, remark in remarks.items())
-        ended = [stepper.name for stepper in self.steppers if stepper.ended]
+        calls = max(unit.calls for unit in self.units)
+        note = f"co-simulation of {len(self.units)} units, "
+        note += "fixed step" if self.step else "steps repeated where they miss" if self.repeats else "no step repeated"
+        note += f", degree up to {self.reached}: {self.retries} retries, at most {calls} calls of a unit"
+        if self.missed:
+            note += f"; {self.missed} steps missed the tolerance"
+        note += "; " + "; ".join(self._words(unit) for unit in self.units)
+        ended = [unit.name for unit in self.units if unit.ended]
         if ended:
-            note += f"; unit '{ended[0]}' ended the run at t = {self.time:.9g} s"
-        return Trajectory(times, values, units, tuple(self.events), self.steps, self.rejected, note)
+            note += f"; unit '{ended[0]}' ended the run at t = {self.points.time:.9g} s"
+        events = tuple(self.points.events)
+        return Trajectory(np.array(output.time), values, units, events, self.steps, self.retries, note)
+
+    @staticmethod
+    def _words(unit: SteppedUnit) -> str:
+        remark = unit.instance.remark
+        return unit.words + (f", {remark}" if remark else "")
+
+
+__all__ = ["Master", "co_simulate"]

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.composite import Composite
-from fmu_models.coupling.system import EXCHANGE_BY_STEPS, CoupledSystem
+from fmu_models.coupling.cosimulation import co_simulate
+from fmu_models.coupling.system import BY_STEPS, CoupledSystem
 from fmu_models.coupling.wiring import split
 from fmu_models.importer import instance
 from fmu_models.importer.driver import Driver
@@ -60,21 +61,18 @@ def couple(
     """
     solver = system.solver
     if solver == "auto" and not system.exchanges_models:
-        solver = "jacobi"
-    if solver in EXCHANGE_BY_STEPS:
-        from fmu_models.coupling.cosimulation import co_simulate
-
-        return co_simulate(system, solver, output_times=output_times, progress=progress)
-    if system.step is not None or system.adaptive is not None:
+        solver = BY_STEPS
+    if solver == BY_STEPS:
+        return co_simulate(system, output_times=output_times, progress=progress)
+    if system.step is not None or system.rollback is not None:
         raise StickslipError(
-            f"A communication step belongs to {' and '.join(EXCHANGE_BY_STEPS)}; '{system.solver}' integrates all "
-            "units as one and chooses its steps by the tolerance."
+            f"A communication step and 'rollback' belong to '{BY_STEPS}'; '{system.solver}' integrates all units as "
+            "one and chooses its steps by the tolerance."
         )
     for name, unit in system.units.items():
         if unit.fmu.description.modelExchange is None:
             raise StickslipError(
-                f"The unit '{name}' has no Model Exchange, which '{solver}' needs. Choose the solver 'jacobi' or "
-                "'gauss-seidel'."
+                f"The unit '{name}' has no Model Exchange, which '{solver}' needs. Choose the solver '{BY_STEPS}'."
             )
     driver = CoupledDriver(system)
     with driver:

@@ -15,8 +15,8 @@ from fmu_models.importer import request
 from fmu_models.simulation.inputs import signals_of
 
 EXCHANGE = ("auto", "dopri5", "dop853", "stiff")
-EXCHANGE_BY_STEPS = ("jacobi", "gauss-seidel")
-SOLVERS = (*EXCHANGE, *EXCHANGE_BY_STEPS)
+BY_STEPS = "co-simulation"
+SOLVERS = (*EXCHANGE, BY_STEPS)
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class CoupledSystem(Shown):
     Attributes:
         connections: as written; ``wires`` are the checked ones.
         solver: one of SOLVERS; "auto" integrates all as one where every unit has Model Exchange, otherwise it steps the
-            units one by one ("jacobi").
-        step: communication step, s; the first one where steps are controlled; None: a thousandth of the run.
-        adaptive: the steps of a co-simulation are controlled; None: where every unit can be put back.
-        tolerance: relative error of a step; None: 1e-8, of a co-simulation with controlled steps 1e-4.
+            units one by one ("co-simulation").
+        step: communication step of a co-simulation, s; None: of controlled length.
+        rollback: steps of a co-simulation that miss the tolerance are repeated; None: where every unit can be put back.
+        tolerance: relative error; None: 1e-8, of a co-simulation 1e-6.
         outputs: variables to record, "unit.variable"; none: states, inputs and outputs of all units.
 
     Raises:
@@ -51,7 +51,7 @@ class CoupledSystem(Shown):
     connections: Sequence[Connection] = ()
     solver: str = "auto"
     step: float | None = None
-    adaptive: bool | None = None
+    rollback: bool | None = None
     tolerance: float | None = None
     start_time: float = 0.0
     stop_time: float = 20.0
@@ -123,7 +123,7 @@ class CoupledSystem(Shown):
     @property
     def integrates(self) -> bool:
         """Whether all units are integrated as one, rather than stepped one by one."""
-        return self.solver not in EXCHANGE_BY_STEPS and self.exchanges_models
+        return self.solver != BY_STEPS and self.exchanges_models
 
     @property
     def exchanges_models(self) -> bool:

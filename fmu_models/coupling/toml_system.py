@@ -47,7 +47,7 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust
     if path.suffix.lower() in (".ssp", ".ssd"):
         return ssp.read(path)
     document = read_document(path, trust=trust)
-    document.check_keys(("units", "connections", "solver", "adaptive", "outputs", *NUMBERS))
+    document.check_keys(("units", "connections", "solver", "rollback", "outputs", *NUMBERS))
     data = document.data
     units = {name: _unit(document, name, fmi_version) for name in document.table("units")}
     numbers = {key: document.value(data[key], unit, key) for key, unit in NUMBERS.items() if key in data}
@@ -57,7 +57,7 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust
             units,
             _connections(document),
             solver=document.text("solver", default="auto"),
-            adaptive=document.flag("adaptive") if "adaptive" in data else None,
+            rollback=document.flag("rollback") if "rollback" in data else None,
             outputs=document.names("outputs") or (),
             **numbers,
         )

@@ -239,7 +239,7 @@ def rows(n: int) -> Row:
 
 
 def coupled(n: int) -> Row:
-    """Masses in a ring, each a unit: Gauss-Seidel, steps of .01 s and controlled, and both per the joint solver."""
+    """Masses in a ring, each a unit: co-simulated, steps of .01 s and controlled, and both per the joint solver."""
     x = Coordinate("x", "m", "place", velocity="v")
     m = Parameter("m", 1.0, "kg", "mass", positive=True)
     k, kc = Parameter("k", 4.0, "N/m", "spring"), Parameter("kc", 2.5, "N/m", "link")
@@ -263,7 +263,7 @@ def coupled(n: int) -> Row:
         system = CoupledSystem("ring", units, wires, stop_time=1.0, solver=solver, **options)
         return fastest(lambda: couple(system))[0]
 
-    fixed, controlled, joint = seconds("gauss-seidel", step=0.01), seconds("gauss-seidel"), seconds("auto")
+    fixed, controlled, joint = seconds("co-simulation", step=0.01), seconds("co-simulation"), seconds("auto")
     return fixed, controlled, fixed / joint, controlled / joint
 
 

@@ -57,7 +57,7 @@ def test_a_coupled_run_is_held_against_a_log_and_drawn(stickslip, tmp_path, log)
     one = ("--beside", f"rig.theta={log}:theta")
     drawn = ("--figure", figure, "--plot", "rig.theta:rig.omega")
     assert stickslip(*arguments, *one, "--within", "10", *drawn).code == 0 and figure.exists()
-    for more in ((), ("--solver", "jacobi", "--step", "0.01")):
+    for more in ((), ("--solver", "co-simulation", "--step", "0.01")):
         assert stickslip(*arguments, *one, *more, "--within", "1e-6").code == 1
 
 

@@ -105,7 +105,7 @@ def test_slopes_are_those_of_runs_with_what_the_system_states(system):
 
 def test_a_system_that_is_stepped_is_refused(system):
     with pytest.raises(StickslipError, match="'masses' are stepped one by one"):
-        calibrate(system.changed(solver="jacobi"), {"time": [0.0], "a.x": [1.0]}, free=["a.k"])
+        calibrate(system.changed(solver="co-simulation"), {"time": [0.0], "a.x": [1.0]}, free=["a.k"])
 
 
 def test_a_parameter_of_no_unit_is_refused(system):

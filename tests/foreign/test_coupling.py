@@ -97,68 +97,67 @@ def test_an_event_in_one_unit_changes_the_input_of_another(model: Models):
     assert run["clock.late"][-1] == 0
 
 
-def test_steps_of_a_co_simulation_converge_with_second_order(folder):
-    fmu = exported("mass", folder)
-    for solver in ("jacobi", "gauss-seidel"):
-        errors = []
-        for step in (0.02, 0.01, 0.005):
-            run = couple(masses(fmu, solver=solver, step=step, stop_time=2.0))
-            errors.append(abs(run["a.x"][-1] - place(2.0)))
-            assert "fixed step" in run.method
-        assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.25)
-        assert np.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.25)
+def test_fixed_steps_of_a_co_simulation_converge_with_third_order(folder):
+    """The first steps, which know a point and its slope alone, leave an error of that order; all others less."""
+    fmu, errors = exported("mass", folder), []
+    for step in (0.1, 0.05, 0.025):
+        run = couple(masses(fmu, solver="co-simulation", step=step, stop_time=5.0))
+        errors.append(abs(run["a.x"][-1] - place(5.0)))
+        assert run.time == pytest.approx(np.linspace(0.0, 5.0, round(5.0 / step) + 1), abs=1e-12)
+        assert "fixed step" in run.method
+    assert errors[0] / errors[2] > 8.0**2 / 1.5
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
-@pytest.mark.parametrize("solver", ["jacobi", "gauss-seidel"])
-def test_controlled_steps_keep_their_tolerance_and_are_put_back(folder, version, solver):
-    fmu = exported("mass", folder, version)
-    errors = []
-    for tolerance in (1e-4, 1e-6):
-        run = couple(masses(fmu, solver=solver, tolerance=tolerance, stop_time=5.0))
-        assert "steps controlled" in run.method
-        errors.append(np.max(np.abs(run["a.x"] - [place(t) for t in run.time])))
-        assert np.all(np.diff(run.time) > 0)
-    assert errors[0] < 1e-1
-    assert errors[1] < errors[0] / 10
+@pytest.mark.parametrize("rollback", [None, False])
+def test_a_co_simulation_keeps_its_tolerance_at_all_times(folder, version, rollback):
+    fmu, times = exported("mass", folder, version), np.linspace(0.0, 10.0, 1001)
+    expected = np.array([place(t) for t in times])
+    for tolerance, calls in ((1e-3, 100), (1e-6, 300), (1e-8, 700)):
+        system = masses(fmu, solver="co-simulation", rollback=rollback, tolerance=tolerance, stop_time=10.0)
+        run = couple(system, output_times=times)
+        assert np.max(np.abs(run["a.x"] - expected) / (1.0 + np.abs(expected))) <= 3.0 * tolerance
+        assert run.steps + run.evaluations <= calls
+        assert ("steps repeated where they miss" in run.method) == (rollback is None)
 
 
-def test_a_first_step_far_too_long_is_taken_back(folder):
-    run = couple(
-        masses(exported("mass", folder), solver="jacobi", step=2.0, adaptive=True, tolerance=1e-6, stop_time=4.0)
-    )
-    assert run.evaluations > 0
-    assert run["a.x"][-1] == pytest.approx(place(4.0), abs=1e-3)
+def test_outputs_between_steps_cost_no_steps(folder):
+    system = masses(exported("mass", folder), solver="co-simulation", stop_time=5.0)
+    few, many = (couple(system, output_times=np.linspace(0.0, 5.0, n)) for n in (2, 1001))
+    assert many.steps == few.steps < 200
+    assert many["a.x"][-1] == few["a.x"][-1]
 
 
-def test_an_output_between_two_steps_does_not_shorten_those_after(folder):
-    """A step that is cut for an output is as short as it may be: the next is as long as that before."""
-    fmu = exported("mass", folder)
-    run, cut = (
-        couple(masses(fmu, solver="jacobi", tolerance=1e-6, stop_time=5.0), output_times=times)
-        for times in ([0.0, 5.0], [0.0, 1.0, 1.0 + 1e-7, 2.0, 2.0 + 1e-7, 5.0])
-    )
-    # two halves and the whole of each of four steps more, of two that are parted, and what the places of all change
-    assert cut.steps <= run.steps + 3 * 6 + 3
-    assert cut["a.x"][-1] == pytest.approx(place(5.0), abs=1e-3)
+def test_the_order_of_units_and_connections_changes_no_bit(folder):
+    fmu = exported("link", folder)
+    units = {name: Unit(fmu, {"n": 0.3}, {"x": x}) for name, x in (("a", 1.0), ("b", 0.5), ("c", -0.7))}
+    ring = wires("a.y -> b.u", "b.y -> c.u", "c.y -> a.u")
+    runs = []
+    for names, order in (("abc", (0, 1, 2)), ("cab", (2, 1, 0)), ("bca", (1, 0, 2))):
+        system = CoupledSystem("ring", {n: units[n] for n in names}, [ring[i] for i in order], solver="co-simulation")
+        runs.append(couple(system.changed(stop_time=2.0)))
+    for run in runs[1:]:
+        for name, values in runs[0].values.items():
+            assert np.array_equal(run[name], values), name
 
 
-def test_units_without_state_take_fixed_steps_and_it_is_said(model: Models):
+def test_units_without_state_repeat_no_step_and_it_is_said(model: Models):
     units = {"a": Unit(model("integers")), "b": Unit(model("integers"), inputs={"u": 2.0})}
     run = couple(CoupledSystem("fixed", units, wires("b.x -> a.u"), step=0.01, stop_time=1.0))
-    assert "because a, b cannot be put back" in run.method
+    assert "fixed step" in run.method
+    assert "a: held inputs;" in run.method
     assert run.time == pytest.approx(np.linspace(0.0, 1.0, 101), abs=1e-12)
     # b = 0.25 + 2 t; a is its integral from 0.25 on
-    assert run["a.x"][-1] == pytest.approx(0.25 + 0.25 + 1.0, abs=1e-3)
+    assert run["a.x"][-1] == pytest.approx(0.25 + 0.25 + 1.0, abs=2e-3)
     with pytest.raises(StickslipError, match="unit 'a' cannot be put back"):
-        couple(CoupledSystem("fixed", units, wires("b.x -> a.u"), adaptive=True, stop_time=1.0))
+        couple(CoupledSystem("fixed", units, wires("b.x -> a.u"), rollback=True, stop_time=1.0))
 
 
 def test_a_unit_that_fails_in_a_co_simulation_is_named_with_what_it_says(folder):
     # a spring that drives: beyond all numbers after a few steps
     fmu = exported("mass", folder)
     units = {"a": Unit(fmu), "b": Unit(fmu, {"k": -1e6}, {"x": 1e200})}
-    system = CoupledSystem("far", units, wires("a.place -> b.other"), solver="jacobi", step=0.1, stop_time=1.0)
+    system = CoupledSystem("far", units, wires("a.place -> b.other"), solver="co-simulation", step=0.1, stop_time=1.0)
     with pytest.raises(MotionError, match=r"unit 'b': doStep fails at t = 0\.\d s\. The FMU says: ."):
         couple(system)
     units = {"a": Unit(fmu, start={"x": 1e308, "v": 1e308}), "b": Unit(fmu)}
@@ -190,10 +189,29 @@ def test_the_rig_tends_to_constant_speeds_as_its_motors_stiffen():
     assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.1)
 
 
-@pytest.mark.parametrize("solver", ["jacobi", "gauss-seidel"])
-def test_the_rig_is_the_same_co_simulated(solver):
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_the_rig_is_the_same_co_simulated(version):
+    """One disc: 18 changes of the contact in 10 s, which FMI 2 tells by its variables alone."""
+    units = {
+        "rig": Unit(Fmu.open(built("disc_rig", contacts=["disc0"], fmi_version=version))),
+        "motor": Unit(
+            Fmu.open(built("drive_motor", fmi_version=version)), {"K": 2.0, "T": 0.02}, {"w": 0.41}, {"w_set": 0.41}
+        ),
+    }
+    connections = wires("motor.speed -> rig.w0", "motor.acceleration -> rig.w0_rate", "rig.F0 -> motor.F")
+    system = CoupledSystem("rig", units, connections, stop_time=10.0)
+    times = np.linspace(0.0, 10.0, 1001)
+    exact = couple(system.changed(solver="dop853", tolerance=1e-12), output_times=times)
+    assert len(exact.events) == 18
+    run = couple(system.changed(solver="co-simulation", tolerance=1e-6), output_times=times)
+    for name in ("rig.theta", "rig.omega", "motor.w"):
+        assert run[name] == pytest.approx(exact[name], abs=3e-6)
+    assert [event.time for event in run.events] == pytest.approx([event.time for event in exact.events], abs=1e-5)
+
+
+def test_the_rig_with_two_motors_is_the_same_co_simulated():
     system = read_system(SCENE)
     exact = couple(system.changed(stop_time=5.0, tolerance=1e-11), output_times=[5.0])
-    stepped = couple(system.changed(stop_time=5.0, solver=solver), output_times=[5.0])
-    assert stepped["rig.theta"][-1] == pytest.approx(exact["rig.theta"][-1], abs=1e-3)
+    stepped = couple(system.changed(stop_time=5.0, solver="co-simulation"), output_times=[5.0])
+    assert stepped["rig.theta"][-1] == pytest.approx(exact["rig.theta"][-1], abs=3e-6)
     assert 0 in couple(system.changed(stop_time=5.0))["rig.disc0_state"]

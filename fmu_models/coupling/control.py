@@ -1,0 +1,149 @@
+"""Length and order of the steps of a co-simulation.
+
+    d      what the inputs turned out to be at the end of a step, less what was expected
+    W      the largest answer of the signals, at that time or later, to an impulse at an input: of the coupled system
+           near the point, x' = A x + B d, from the responses of its units
+    error  the largest of W |d| T / ((k + 2) size tol) and |d| / (c size tol); T the length of the run, k the degree of
+           what was expected, size = nominal + largest value so far, c = 5, or 1 where a unit tells no response
+
+The first is the error at the end of the run if all steps were as this one: it knows no unit of time. The second keeps
+what is read between two points. The step and the degree out of k - 1, k, k + 1 are those of the longest step expected.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from fmu_models.coupling.histories import HIGHEST, Matrix, Vector
+from fmu_models.coupling.unit import Response
+
+SAFETY, SHRINK, GROW = 0.8, 0.2, 2.5
+PLAIN = 5.0  # times the tolerance by which a signal may be wrong where its effect is known
+SHARE = 0.3  # of the sum of the largest answers to the errors of all steps: they do not all stay so, nor point one way
+ONCE = 0.1  # of the tolerance, for the effect of a single jump
+SAMPLES = 6  # doublings of a fifth of the shortest time
+
+
+class StepControl:
+    """Estimates of ``n`` signals.
+
+    Args:
+        span: length of the run, s.
+        nominal: (n,) sizes of the signals.
+
+    Attributes:
+        size: (n,) nominal and largest values so far.
+        rate: 1/s, the fastest one of the coupled system.
+    """
+
+    def __init__(self, tolerance: float, span: float, nominal: Vector) -> None:
+        self.tolerance, self.span, self.size = tolerance, span, nominal.copy()
+        self._nominal = nominal
+        n = nominal.size
+        self._impulse, self._bend = np.zeros((n, n)), np.zeros((2, n, n))
+        self._plain = np.ones(n)
+        self.rate = 0.0
+
+    def answers(self, a: Matrix, b: Matrix, c: Matrix, d: Matrix, known: NDArray[np.bool_]) -> None:
+        """Take the system near a point: x' = a x + b u, and u = c x + d u what the exchange gives for the signals;
+        known: (n,) those whose unit tells it."""
+        self._plain = np.where(known, PLAIN, 1.0)
+        # a loop without a solution is told by the exchange
+        with contextlib.suppress(np.linalg.LinAlgError):
+            c = np.asarray(np.linalg.solve(np.eye(d.shape[0]) - d, c), dtype=float)
+        closed = a + b @ c
+        self.rate = float(np.abs(np.linalg.eigvals(closed)).max(initial=0.0))
+        later = _exponential(closed * (0.2 / self.rate)) if self.rate > 0.0 else np.eye(len(a))
+        starts = np.hstack([b, a @ a @ b, a @ a @ a @ b])
+        most = np.abs(c @ starts)
+        for _ in range(SAMPLES):
+            most = np.maximum(most, np.abs(c @ (later @ starts)))
+            later = later @ later
+        n = d.shape[0]
+        self._impulse, self._bend = most[:, :n], np.array([most[:, n : 2 * n], most[:, 2 * n :]])
+
+    def see(self, values: Vector) -> None:
+        """Sizes of the signals so far."""
+        np.maximum(self.size, self._nominal + np.abs(values), out=self.size)
+
+    def error(self, defect: Vector, degree: int) -> float:
+        """Of a step with what was expected by this degree, over the tolerance."""
+        sizes = np.abs(defect)
+        lasting = (self._impulse @ sizes) * (SHARE * self.span / (degree + 2))
+        return float((np.maximum(lasting, sizes / self._plain) / self.size).max(initial=0.0)) / self.tolerance
+
+    def happens_once(self, h: float, defect: Vector) -> bool:
+        """Whether a jump by the defect within a step of h does no harm."""
+        harm = h * (self._impulse @ np.abs(defect)) / self.size
+        return float(harm.max(initial=0.0)) <= ONCE * self.tolerance
+
+    def feed_error(self, h: float, bend: Vector) -> float:
+        """Of inputs fed by lines, from the third coefficients (n,) that lines leave out, over the tolerance."""
+        x = min(h, 1.0 / self.rate) if self.rate > 0.0 else h
+        wrong = (self._bend[0] / 60.0 + x * self._bend[1] / 120.0) @ np.abs(bend) * x**2
+        return float((wrong / self.size).max(initial=0.0)) * SHARE * self.span / self.tolerance
+
+    def choose(self, defects: Matrix, degree: int) -> tuple[int, float]:
+        """Degree of the next step, and its length over that of this one; defects: (known, n) of every degree."""
+        best = degree, 0.0
+        for k in range(max(degree - 1, 0), min(degree + 1, HIGHEST, defects.shape[0] - 1) + 1):
+            error = max(self.error(defects[k], k), 1e-12)
+            factor = SAFETY * error ** (-1.0 / (k + 2))
+            if factor > best[1]:
+                best = k, factor
+        return best[0], min(max(best[1], SHRINK), GROW)
+
+    def first(self, slopes: Vector | None) -> float:
+        """Length of a step from a point without history, s; slopes: (n,) of the signals, or unknown."""
+        rate, degree = self.rate, 0 if slopes is None else 1
+        steep = np.abs(slopes) if slopes is not None else self.size * max(rate, 1.0 / self.span)
+        rate = max(rate, float((steep / self.size).max(initial=0.0)))
+        h = min(0.1 / rate, 0.1 * self.span) if rate > 0.0 else 0.1 * self.span
+        bend = np.maximum(steep, 1e-3 * self.size * rate) * (rate if degree else 1.0)
+        while h > 1e-12 * self.span and self.error(bend * h ** (degree + 1) / (degree + 1), degree) > 0.5:
+            h *= 0.5
+        return h
+
+
+def joined(
+    responses: Sequence[Response | None],
+    inputs: Sequence[NDArray[np.int_]],
+    sources: Sequence[Sequence[tuple[int, int, float]]],
+    n: int,
+) -> tuple[Matrix, Matrix, Matrix, Matrix, NDArray[np.bool_]]:
+    """Responses of units as one of the coupled system, as ``StepControl.answers`` takes it.
+
+    Args:
+        inputs: of every unit, the places of its inputs among the n signals.
+        sources: of every unit, (place of its output, signal that it feeds, factor).
+    """
+    known, d = np.ones(n, dtype=bool), np.zeros((n, n))
+    blocks = [response.a for response in responses if response is not None]
+    states = sum(len(block) for block in blocks)
+    b, c, first = np.zeros((states, n)), np.zeros((n, states)), 0
+    for response, places, feeds in zip(responses, inputs, sources, strict=True):
+        if response is None:
+            known[places] = False
+            continue
+        end = first + len(response.a)
+        b[first:end, places] = response.b[:, : places.size]
+        for output, signal, factor in feeds:
+            c[signal, first:end] = factor * response.c[output]
+            d[signal, places] = factor * response.d[output, : places.size]
+        first = end
+    a = np.asarray(block_diag(*blocks)) if blocks else np.zeros((0, 0))
+    return a, b, c, d, known
+
+
+def _exponential(m: Matrix) -> Matrix:
+    """exp(m) of a matrix whose eigenvalues are at most a fifth."""
+    term = result = np.eye(len(m))
+    for j in range(1, 9):
+        term = term @ m / j
+        result = result + term
+    return result

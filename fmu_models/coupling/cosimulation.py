@@ -100,7 +100,11 @@ class Master:
         signals = self.points.signals
         self.history = History(signals.size)
         nominal = [self._nominal(*self.points.composite.wires[i].target) for i in signals]
-        self.control = StepControl(self.tolerance, self.span, np.array(nominal))
+        lines, polygons = np.zeros(signals.size, dtype=bool), np.zeros(signals.size, dtype=bool)
+        for unit, places in zip(self.units, self.points.places, strict=True):
+            continuous = unit.continuous[: places.size]
+            lines[places], polygons[places] = (unit.degree < 2) & ~continuous, (unit.degree < 2) & continuous
+        self.control = StepControl(self.tolerance, self.span, np.array(nominal), lines, polygons)
         self.degree, self.reached = 0, 0
         self.steps = self.retries = self.missed = self._age = 0
         self.h, self._limit = 0.0, np.inf  # of the next step alone
@@ -205,7 +209,7 @@ class Master:
         self.output.point(points.time, self.degree)
 
     def _renew(self) -> None:
-        self.control.answers(*self.points.responses())
+        self.control.answers(self.system.stop_time - self.points.time, *self.points.responses())
         self._age = 0
 
     def _end(self) -> tuple[float, bool]:
@@ -299,30 +303,31 @@ class Master:
 
     def _move(self, end: float) -> tuple[float, Matrix]:
         """All units to ``end``, or to the first event; the time reached, and what the signals were expected to be."""
-        series = self.history.series(end, self.degree)
+        series, fed = self._expect(end)
         done: list[int] = []
         for i in self._order:
             unit = self.units[i]
             stop = unit.stops and (not done or (all(self.units[k].puts_back for k in done) and self.repeats))
-            reached = unit.step(end, self.points.unit_inputs(i, series, end), stop)
+            reached = unit.step(end, self.points.unit_inputs(i, fed, end), stop)
             if unit.ended and unit.time < end:
                 end = unit.time
             elif reached < end:
                 end = reached
-                series = self.history.series(end, self.degree)
+                series, fed = self._expect(end)
                 for k in done:
                     self.units[k].put_back()
-                    self.units[k].step(end, self.points.unit_inputs(k, series, end), self.units[k].stops)
+                    self.units[k].step(end, self.points.unit_inputs(k, fed, end), self.units[k].stops)
             done.append(i)
         return end, series
 
+    def _expect(self, end: float) -> tuple[Matrix, Matrix]:
+        """What the signals are expected to be, and what units are fed that take lines."""
+        series = self.history.series(end, self.degree)
+        return series, self.control.straightened(end - self.history.time, series)
+
     def _bent(self, h: float, series: Matrix) -> float:
         """Error by lines that stand for curves, over the tolerance."""
-        bends = np.zeros(series.shape[1])
-        for unit, places in zip(self.units, self.points.places, strict=True):
-            if unit.degree < 2:
-                bends[places] = series[2, places]
-        return self.control.feed_error(h, bends)
+        return self.control.feed_error(h, series[2])
 
     def _is_void(self, time: float, series: Matrix) -> bool:
         """Whether an event changes nothing, as where a body sticks for a moment because lines have bends."""

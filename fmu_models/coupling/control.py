@@ -47,7 +47,7 @@ class StepControl:
     ) -> None:
         self.tolerance, self.span, self.size = tolerance, span, nominal.copy()
         self._nominal, self._corrected = nominal, lines
-        self._missed = np.where(lines, 1.0, np.where(polygons, 0.25, 0.0))
+        self._missed = np.where(lines, 1.0, np.where(polygons, 0.5, 0.0))
         self._bend_by = self._turn_by = np.zeros(nominal.size)
         n = nominal.size
         self._impulse, self._bend = np.zeros((n, n)), np.zeros((2, n, n))

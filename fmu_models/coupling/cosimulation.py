@@ -42,6 +42,7 @@ SHORTEST = 1e-13  # of the run
 RENEWED = 10  # steps for which responses of the units serve
 APPROACH = 0.02  # of the way to an event: what is left for the last step
 PRECISE = 100.0  # of the tolerance, in times of the fastest unit: how long a step with bends may be that finds an event
+MERGED = 3.0  # times as long: two events that undo one another
 BENT = 0.1  # of the tolerance: lines that do not bend more reach an event at once
 COUNTING = 3  # changes in a row that are no events any more
 DISCARDS = 12  # in a row
@@ -108,9 +109,10 @@ class Master:
         self.degree, self.reached = 0, 0
         self.steps = self.retries = self.missed = self._age = 0
         self.h, self._limit = 0.0, np.inf  # of the next step alone
+        self._before: Vector | None = None  # discrete variables before the last event
         self.output = self._output(names, times)
-        # those that may return early go first
-        self._order = sorted(range(len(self.units)), key=lambda i: not self.units[i].stops)
+        # those that may return early go first: where nothing can be put back, they are the ones that others wait for
+        self._order = sorted(range(len(self.units)), key=lambda i: (not self.units[i].stops, not self.units[i].events))
 
     def _nominal(self, unit: str, name: str) -> float:
         stated = self.system.fmus[unit].variables[name].nominal
@@ -233,6 +235,7 @@ class Master:
                 unit.save()
         start, noted, before = self.points.time, len(self.points.events), self.points.u.copy()
         h, stubborn, last, discards = self.h, 0, np.inf, 0
+        memory = self._remembered(self.output.last)
         proposed = h
         if self._limit < h:
             h = self._limit
@@ -255,7 +258,7 @@ class Master:
                     self._put_back(start, noted, before)
                     h, self._limit = left, 2.0 * (reached - start - left)
                     continue
-                self._finish(reached)
+                self._finish(reached, memory)
                 return
             self._look(reached, series)
             row = self.output.read()
@@ -267,7 +270,7 @@ class Master:
                 self._count_changes(row)
                 self.points.note(reached, switched)
                 self.output.point(reached, self.degree)
-                self._finish(reached)
+                self._finish(reached, memory)
                 return
             values = self.points.u[self.points.signals]
             defects = self.history.defects(reached, values)
@@ -286,7 +289,7 @@ class Master:
             if once or length <= SHORTEST * self.span:
                 self.missed += not once
                 self.output.point(reached, self.degree)
-                self._finish(reached)
+                self._finish(reached, memory)
                 return
             self.retries += 1
             degree, factor = self.control.choose(defects, self.degree)
@@ -384,7 +387,7 @@ class Master:
             self.points.exchange()
             self._restart()
 
-    def _finish(self, time: float) -> None:
+    def _finish(self, time: float, before: Vector) -> None:
         """A step that ends at an event."""
         self.steps += 1
         points = self.points
@@ -393,7 +396,22 @@ class Master:
         points.handle_events()
         points.drive()
         points.exchange()
+        self._merge(before)
         self._restart()
+
+    def _remembered(self, row: Vector) -> Vector:
+        first, n, _ = self._watched
+        return row[first : first + n]
+
+    def _merge(self, before: Vector) -> None:
+        """Forget two events, one right behind the other, that leave everything as it was."""
+        events, now = self.points.events, self._remembered(self.output.read())
+        if len(events) > 1 and events[-1].name == events[-2].name in self._memory:
+            near = self._is_short((events[-1].time - events[-2].time) / MERGED)
+            if near and self._before is not None and (now == self._before).all():
+                del events[-2:]
+                before = now
+        self._before = before
 
     def _trajectory(self) -> Trajectory:
         output, variables = self.output, self.points.composite.fmu.variables

@@ -70,6 +70,7 @@ class SteppedUnit:
         degree: of the inputs that it follows in a step: 0 held, 1 lines, up to 6.
         continuous: (n_inputs,) inputs that never jump: they are written at their rates alone.
         puts_back, stops, any_step: it gives and takes its whole state; stops at events; takes steps of any length.
+        events: it declares indicators of events.
         ended: it has ended the run.
         pending: it stands at an event that ``event`` has to handle.
         calls: of doStep so far.
@@ -165,7 +166,8 @@ class SteppedUnit:
         self._by_variables = degree < 2 and bool(has_rates.any())
         self._rated = has_rates if self._by_variables else np.full(n, degree > 0)
         free = np.array([name not in jumping for name in self.inputs], dtype=bool)
-        self.continuous = self._rated & free & bool(self._fmu.description.numberOfEventIndicators)
+        self.events = bool(self._fmu.description.numberOfEventIndicators)
+        self.continuous = self._rated & free & self.events
         self._halves = degree < 2 and (bool(self.continuous.any()) or not self._rated.all())
         # an input that is moved by a variable keeps what it has reached; another is written with it
         self._valued = ~self.continuous if self._by_variables else np.ones(n, dtype=bool)

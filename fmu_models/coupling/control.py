@@ -46,6 +46,7 @@ class StepControl:
         self, tolerance: float, span: float, nominal: Vector, lines: NDArray[np.bool_], polygons: NDArray[np.bool_]
     ) -> None:
         self.tolerance, self.span, self.size = tolerance, span, nominal.copy()
+        self._allowed = tolerance * nominal
         self._nominal, self._corrected = nominal, lines
         self._missed = np.where(lines, 1.0, np.where(polygons, 0.5, 0.0))
         self._bend_by = self._turn_by = np.zeros(nominal.size)
@@ -81,17 +82,18 @@ class StepControl:
     def see(self, values: Vector) -> None:
         """Sizes of the signals so far."""
         np.maximum(self.size, self._nominal + np.abs(values), out=self.size)
+        np.multiply(self.size, self.tolerance, out=self._allowed)
 
-    def error(self, defect: Vector, degree: int) -> float:
-        """Of a step with what was expected by this degree, over the tolerance."""
-        sizes = np.abs(defect)
-        lasting = (self._impulse @ sizes) * (SHARE * self.span / (degree + 2))
-        return float((np.maximum(lasting, sizes / self._plain) / self.size).max(initial=0.0)) / self.tolerance
+    def errors(self, defects: Matrix, degree: int) -> Vector:
+        """Of a step with what was expected by this degree and the next ones, over the tolerance; defects: (m, n)."""
+        sizes = np.abs(defects)
+        degrees = np.arange(degree + 2.0, degree + 2.0 + len(defects))
+        lasting = (sizes @ self._impulse.T) * (SHARE * self.span / degrees)[:, None]
+        return np.maximum.reduce(np.maximum(lasting, sizes / self._plain) / self._allowed, axis=1, initial=0.0)
 
     def happens_once(self, h: float, defect: Vector) -> bool:
         """Whether a jump by the defect within a step of h does no harm."""
-        harm = h * (self._impulse @ np.abs(defect)) / self.size
-        return float(harm.max(initial=0.0)) <= ONCE * self.tolerance
+        return bool((h * (self._impulse @ np.abs(defect)) <= ONCE * self._allowed).all())
 
     def straightened(self, h: float, series: Matrix) -> Matrix:
         """The series (7, n) with lines that make up for what they leave out of it: the state after the step answers
@@ -107,17 +109,18 @@ class StepControl:
         """Of inputs fed by lines, from the third coefficients (n,) that lines leave out, over the tolerance."""
         x = min(h, 1.0 / self.rate) if self.rate > 0.0 else h
         wrong = (self._bend[0] / 60.0 + x * self._bend[1] / 120.0) @ np.abs(bend * self._missed) * x**2
-        return float((wrong / self.size).max(initial=0.0)) * SHARE * self.span / self.tolerance
+        return float((wrong / self._allowed).max(initial=0.0)) * SHARE * self.span
 
     def choose(self, defects: Matrix, degree: int) -> tuple[int, float]:
         """Degree of the next step, and its length over that of this one; defects: (known, n) of every degree."""
-        best = degree, 0.0
-        for k in range(max(degree - 1, 0), min(degree + 1, HIGHEST, defects.shape[0] - 1) + 1):
-            error = max(self.error(defects[k], k), 1e-12)
-            factor = SAFETY * error ** (-1.0 / (k + 2))
-            if factor > best[1]:
-                best = k, factor
-        return best[0], min(max(best[1], SHRINK), GROW)
+        lowest = max(degree - 1, 0)
+        highest = min(degree + 1, HIGHEST, defects.shape[0] - 1)
+        best, factor = degree, 0.0
+        for k, error in enumerate(self.errors(defects[lowest : highest + 1], lowest).tolist(), lowest):
+            longer = SAFETY * max(error, 1e-12) ** (-1.0 / (k + 2))
+            if longer > factor:
+                best, factor = k, longer
+        return best, min(max(factor, SHRINK), GROW)
 
     def first(self, slopes: Vector | None) -> float:
         """Length of a step from a point without history, s; slopes: (n,) of the signals, or unknown."""
@@ -126,7 +129,7 @@ class StepControl:
         rate = max(rate, float((steep / self.size).max(initial=0.0)))
         h = min(0.1 / rate, 0.1 * self.span) if rate > 0.0 else 0.1 * self.span
         bend = np.maximum(steep, 1e-3 * self.size * rate) * (rate if degree else 1.0)
-        while h > 1e-12 * self.span and self.error(bend * h ** (degree + 1) / (degree + 1), degree) > 0.5:
+        while h > 1e-12 * self.span and self.errors(bend[None] * h ** (degree + 1) / (degree + 1), degree)[0] > 0.5:
             h *= 0.5
         return h
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-6
 SHORTEST = 1e-13  # of the run
-RENEWED = 10  # steps for which responses of the units serve
+RENEWED = 20  # steps for which responses of the units serve
 APPROACH = 0.02  # of the way to an event: what is left for the last step
 PRECISE = 100.0  # of the tolerance, in times of the fastest unit: how long a step with bends may be that finds an event
 MERGED = 3.0  # times as long: two events that undo one another
@@ -208,7 +208,7 @@ class Master:
         self.degree = self.history.known - 1
         if not self.step:
             self.h = self.control.first(slopes) * (1.0 if self.repeats else 0.3)
-        self.output.point(points.time, self.degree)
+        self.output.point(points.time, self.degree, self.output.read())
 
     def _renew(self) -> None:
         self.control.answers(self.system.stop_time - self.points.time, *self.points.responses())
@@ -269,26 +269,26 @@ class Master:
                     continue
                 self._count_changes(row)
                 self.points.note(reached, switched)
-                self.output.point(reached, self.degree)
+                self.output.point(reached, self.degree, row)
                 self._finish(reached, memory)
                 return
             values = self.points.u[self.points.signals]
             defects = self.history.defects(reached, values)
             length = reached - start
-            error = self.control.error(defects[self.degree], self.degree)
+            error = float(self.control.errors(defects[self.degree : self.degree + 1], self.degree)[0])
             bent = max(self._bent(length, series), self.output.error(reached, row) / self.tolerance)
             if max(error, bent) <= 1.0 or not self.repeats or self.step:
                 self.missed += max(error, bent) > 1.0
                 self.h = max(h, proposed) if self._limit < np.inf or h < proposed else h
                 self._count_changes(row)
-                self._accept(reached, values, defects, bent, cut=length < 0.99 * self.h, jumps=jumps)
+                self._accept(reached, row, values, defects, bent, cut=length < 0.99 * self.h, jumps=jumps)
                 return
             stubborn = stubborn + 1 if error > 0.5 * last else 0
             last = error
             once = stubborn >= STUBBORN and self.control.happens_once(length, defects[self.degree])
             if once or length <= SHORTEST * self.span:
                 self.missed += not once
-                self.output.point(reached, self.degree)
+                self.output.point(reached, self.degree, row)
                 self._finish(reached, memory)
                 return
             self.retries += 1
@@ -366,7 +366,9 @@ class Master:
         points.expect_rates((SLOPE_AT_END @ series) / h)
         points.exchange()
 
-    def _accept(self, time: float, values: Vector, defects: Matrix, bent: float, *, cut: bool, jumps: bool) -> None:
+    def _accept(
+        self, time: float, row: Vector, values: Vector, defects: Matrix, bent: float, *, cut: bool, jumps: bool
+    ) -> None:
         h = time - self.history.time
         used = self.degree
         self.steps += 1
@@ -380,7 +382,7 @@ class Master:
         self._age += 1
         if self._age >= RENEWED:
             self._renew()
-        self.output.point(time, used)
+        self.output.point(time, used, row)
         if jumps:
             self.output.event(time)
             self.points.drive(jump=True)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.coupling.histories import POINTS, Matrix, Vector, between, between_with_slopes
+from fmu_models.coupling.histories import POINTS, Vector, between
 
 HERMITE = 3  # points
 NEAR = 0.05  # of the step to be filled
@@ -36,7 +36,7 @@ class DenseOutput:
     ) -> None:
         self.read, self._n, self._times, self._next = read, n, times, 0
         self._slopes = np.array(slopes, dtype=int)
-        self._held = held
+        self._rates = slice(n, n + self._slopes.size)
         others = ~held
         others[self._slopes] = False
         self._others = np.flatnonzero(others)
@@ -63,22 +63,18 @@ class DenseOutput:
         """
         if not self._points or not self._slopes.size or not self.inside(self._points[-1], time):
             return 0.0
-        rates = slice(self._n, self._n + self._slopes.size)
-        kept = self._apart()[-HERMITE:] if len(self._points) > 1 else [0]
-        values = np.array([self._values[i] for i in kept])
+        kept = self._apart()[-HERMITE:]
+        nodes, values = [self._points[i] for i in kept], np.array([self._values[i] for i in kept])
         if len(kept) == 1:
-            h = time - self._points[-1]
-            expected = values[0, self._slopes] + 0.5 * h * (values[0, rates] + row[rates])
+            h = time - nodes[0]
+            expected = values[0, self._slopes] + 0.5 * h * (values[0, self._rates] + row[self._rates])
         else:
-            nodes = np.array([self._points[i] for i in kept])
-            places = values[:, self._slopes]
-            expected = between_with_slopes(np.array([time]), nodes, places, values[:, rates])[0]
+            expected = between(time, nodes, values[:, self._slopes], values[:, self._rates])
         off = np.abs(row[self._slopes] - expected) / (1.0 + np.abs(expected))
         return float(off.max()) * (0.03, 0.016, 0.004)[len(kept) - 1]
 
-    def point(self, time: float, degree: int) -> None:
-        """The units stand at a point; degree: of the inputs expected for it."""
-        values = self.read()
+    def point(self, time: float, degree: int, values: Vector) -> None:
+        """The units stand at a point, with what was read there; degree: of the inputs expected for it."""
         self._points.append(time)
         self._values.append(values)
         del self._points[:-POINTS], self._values[:-POINTS]
@@ -87,13 +83,12 @@ class DenseOutput:
             self.rows.append(values[: self._n])
             return
         last = int(np.searchsorted(self._times, time, side="left"))
-        if last > self._next and len(self._points) > 1:
+        if last > self._next:
             self._between(self._times[self._next : last], degree + 2)
-        elif last > self._next:
-            self._append(self._times[self._next : last], np.repeat(values[None, : self._n], last - self._next, axis=0))
-        self._next = max(self._next, last)
+            self._next = last
         while self._next < self._times.size and self._times[self._next] == time:
-            self._append(self._times[self._next : self._next + 1], values[None, : self._n])
+            self.time.append(time)
+            self.rows.append(values[: self._n])
             self._next += 1
 
     def finish(self, time: float) -> None:
@@ -114,10 +109,6 @@ class DenseOutput:
         self._points.clear()
         self._values.clear()
 
-    def _append(self, times: Vector, rows: Matrix) -> None:
-        self.time.extend(times.tolist())
-        self.rows.extend(rows)
-
     def _apart(self) -> list[int]:
         """Places of the points that are not so near to one another that rounding shows between the last two."""
         points, last = self._points, len(self._points) - 1
@@ -129,13 +120,15 @@ class DenseOutput:
         return kept[::-1]
 
     def _between(self, times: Vector, points: int) -> None:
-        n, kept = self._n, self._apart()
-        nodes, values = np.array(self._points)[kept], np.array(self._values)[kept]
-        rows = np.repeat(values[-2 if nodes.size > 1 and times[-1] < nodes[-1] else -1][None, :n], times.size, axis=0)
-        few = slice(-max(min(points, POINTS), 2), None)
-        rows[:, self._others] = between(times, nodes[few], values[few][:, self._others])
-        few, rates = slice(-HERMITE, None), slice(n, n + self._slopes.size)
-        rows[:, self._slopes] = between_with_slopes(
-            times, nodes[few], values[few][:, self._slopes], values[few][:, rates]
-        )
-        self._append(times, rows)
+        kept = self._apart()
+        nodes, values = [self._points[i] for i in kept], np.array([self._values[i] for i in kept])
+        row = values[-2 if len(kept) > 1 and times[-1] < nodes[-1] else -1, : self._n]
+        few, near = -max(min(points, POINTS), 2), -HERMITE
+        others, places = values[few:, self._others], values[near:, self._slopes]
+        rates = values[near:, self._rates]
+        for time in times.tolist():
+            row = row.copy()
+            row[self._others] = between(time, nodes[few:], others)
+            row[self._slopes] = between(time, nodes[near:], places, rates)
+            self.time.append(time)
+            self.rows.append(row)

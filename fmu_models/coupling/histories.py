@@ -9,6 +9,8 @@ two moments.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
@@ -71,23 +73,20 @@ class History:
         self.time, self.known = end, kept + 1
 
 
-def _weights(times: Vector, nodes: Vector) -> Matrix:
-    """(m, n) Lagrange's polynomials of the nodes (n,) at the times (m,)."""
-    apart = nodes[:, None] - nodes
-    np.fill_diagonal(apart, 1.0)
-    ahead = np.repeat((times[:, None] - nodes)[:, None, :], nodes.size, axis=1)
-    ahead[:, np.arange(nodes.size), np.arange(nodes.size)] = 1.0
-    return np.prod(ahead / apart, axis=2)
-
-
-def between(times: Vector, nodes: Vector, values: Matrix) -> Matrix:
-    """(m, width) at ``times``: the polynomial through values (n, width) at the nodes (n,)."""
-    return _weights(times, nodes) @ values
-
-
-def between_with_slopes(times: Vector, nodes: Vector, values: Matrix, slopes: Matrix) -> Matrix:
-    """The same through slopes too: Hermite's."""
-    apart = nodes[:, None] - nodes
-    np.fill_diagonal(apart, np.inf)
-    squares, ahead = _weights(times, nodes) ** 2, times[:, None] - nodes
-    return (squares * (1.0 - 2.0 * ahead * np.sum(1.0 / apart, axis=1))) @ values + (squares * ahead) @ slopes
+def between(time: float, nodes: Sequence[float], values: Matrix, slopes: Matrix | None = None) -> Vector:
+    """(width,) at ``time``: the polynomial through values (n, width) at the nodes, with slopes (n, width) Hermite's."""
+    basis, rates = [], []
+    for i, node in enumerate(nodes):
+        weight, rate = 1.0, 0.0
+        for j, other in enumerate(nodes):
+            if j != i:
+                weight *= (time - other) / (node - other)
+                rate += 1.0 / (node - other)
+        basis.append(weight)
+        rates.append(rate)
+    if slopes is None:
+        return np.dot(basis, values)
+    ahead = [time - node for node in nodes]
+    squares = [w * w for w in basis]
+    straight = [w * (1.0 - 2.0 * x * rate) for w, x, rate in zip(squares, ahead, rates, strict=True)]
+    return np.dot(straight, values) + np.dot([w * x for w, x in zip(squares, ahead, strict=True)], slopes)

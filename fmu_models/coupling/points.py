@@ -106,7 +106,8 @@ class CommunicationPoints:
             if continuous
         }
         self.composite.hold(moved)
-        self._jumping = [i for i, wire in enumerate(self.composite.wires) if wire.target in moved]
+        fed = {self.composite.wires[self.signals[signal]].target for signal, _ in self._rates_fed}
+        self._steady = bool(moved - fed)
         names = self.driven.inputs.names
         self._free = [i for i, name in enumerate(names) if split(self.system.fmus, name, "") not in moved]
         self._written = request.Selection.of(self.composite.fmu, [names[i] for i in self._free])
@@ -255,7 +256,7 @@ class CommunicationPoints:
 
     def expect_rates(self, rates: Vector) -> None:
         """Rates (n,) of the inputs that never jump, on which a body in contact may depend."""
-        if self._jumping:
+        if self._steady:
             self._set_rates(rates)
 
     def responses(self) -> tuple[Matrix, Matrix, Matrix, Matrix, NDArray[np.bool_]]:

@@ -5,7 +5,7 @@ The interface, which may as well lie over the border of a process:
     begin, event                    after initialization; event mode, with inputs that are written in it
     step(end, inputs, stop)         on to ``end`` or, with ``stop``, to the unit's first event; the time reached
     save, put_back                  the state at one point; taken again after each accepted step
-    outputs, slopes, set_rates      values at a point, their rates, rates of the inputs
+    slopes, set_rates               rates of the outputs at a point; rates of the inputs for them
     response                        how outputs answer inputs that are wrong over a step
     terminate
 
@@ -110,10 +110,8 @@ class SteppedUnit:
         offered = self._is(attributes, "providesDirectionalDerivative" + "s" * (self.fmi == 3))
         unit_instance.calls.directional = offered and bool(unit_instance.calls.function[F.DIRECTIONAL])
         self._feeds(self._degree(), jumping)
-        references = self._references(self.output_names)
-        self._outputs, self._output_references = np.zeros(len(references)), references
-        self._ones = np.ones(references.size, dtype=np.int32)
-        self._readout = self._variables(self.output_names)
+        self._output_references = self._references(self.output_names)
+        self._ones = np.ones(len(self.output_names), dtype=np.int32)
 
     @staticmethod
     def _is(attributes: Any, name: str) -> bool:
@@ -177,6 +175,7 @@ class SteppedUnit:
         self._feed, self._rates = self._variables([*values, *rates]), self._variables(rates)
         self._everything = self._variables(self.inputs)
         self._written = np.zeros(len(values) + len(rates))
+        self._written_address = self._written.ctypes.data
         self._reached, self._saved_reached = np.zeros(n), np.zeros(n)
         self._input_references = self._references(self.inputs)
         orders = np.arange(1, max(degree, 1) + 1, dtype=np.int32)
@@ -274,20 +273,17 @@ class SteppedUnit:
 
     def _step_halves(self, middle: float, end: float, inputs: Matrix, stop: bool) -> None:
         h = end - self.time
-        mean, bend = inputs[0], inputs[1]
         kept = self._kept_offset(inputs, h)
-        last = np.add.reduce(inputs, axis=0) + kept
+        mean, bend, last = inputs[0], inputs[1], np.add.reduce(inputs, axis=0) + kept
         knot = 2.0 * (mean + kept) - 0.5 * (self._reached + last)
-        shift = 2.0 / 3.0 * bend
-        for half, limit in enumerate((middle, end)):
-            base = self._reached if half == 0 else knot
-            rates = np.where(self.continuous, ((knot if half == 0 else last) - base) * (2.0 / h), 2.0 / h * bend)
-            held = mean + (shift if half else -shift)
-            values = np.where(self._rated, mean if half else mean - bend, held)
+        moved, rated = self.continuous, self._rated
+        for half, (limit, base, goal) in enumerate(((middle, self._reached, knot), (end, knot, last))):
+            rates = np.where(moved, goal - base, bend) * (2.0 / h)
+            values = np.where(rated, mean if half else mean - bend, mean + (1.0 if half else -1.0) * bend / 1.5)
             start = self.time
-            self._write(np.where(self.continuous, self._reached, values), rates)
+            self._write(np.where(moved, self._reached, values), rates)
             self._advance(limit, stop)
-            self._reached = np.where(self.continuous, self._reached + rates * (self.time - start), self._reached)
+            self._reached = np.where(moved, self._reached + rates * (self.time - start), self._reached)
             self._settle_inputs()
             if self.time < limit or self.ended:
                 return
@@ -312,7 +308,7 @@ class SteppedUnit:
         written[: self._n_values] = values[self._valued]
         if self._by_variables:
             written[self._n_values :] = rates[self._rated]
-        self._check(library().fmi_write(self._calls, self._feed[1], written.ctypes.data), "setting its inputs")
+        self._check(library().fmi_write(self._calls, self._feed[1], self._written_address), "setting its inputs")
         if self.degree and not self._by_variables:
             self._derive(rates)
 
@@ -381,12 +377,6 @@ class SteppedUnit:
                 if stop:
                     return
                 self.event()
-
-    def outputs(self) -> Vector:
-        """(n_outputs,) present values."""
-        status = library().fmi_read(self._calls, self._readout[1], self._outputs.ctypes.data)
-        self._check(status, "reading outputs")
-        return self._outputs
 
     def slopes(self) -> Vector | None:
         """(n_outputs,) first derivatives of the outputs by time; None where the unit does not tell them."""

@@ -4,7 +4,8 @@
     W      the largest answer of the signals, at that time or later, to an impulse at an input: of the coupled system
            near the point, x' = A x + B d, from the responses of its units
     error  the largest of W |d| T / ((k + 2) size tol) and |d| / (c size tol); T the length of the run, k the degree of
-           what was expected, size = nominal + largest value so far, c = 5, or 1 where a unit tells no response
+           what was expected, size = nominal + largest value so far, c = 5, or 1.5 for a signal that never jumps, or 1
+           where a unit tells no response
 
 The first is the error at the end of the run if all steps were as this one: it knows no unit of time. The second keeps
 what is read between two points. The step and the degree out of k - 1, k, k + 1 are those of the longest step expected.
@@ -25,6 +26,7 @@ from fmu_models.coupling.unit import Response
 SAFETY, SHRINK, GROW = 0.8, 0.2, 2.5
 PLAIN = 5.0  # times the tolerance by which a signal may be wrong where its effect is known
 SHARE = 0.3  # of the sum of the largest answers to the errors of all steps: they do not all stay so, nor point one way
+IMPRESSED = 1.5  # the same, where a body in contact may follow the signal as it is
 ONCE = 0.1  # of the tolerance, for the effect of a single jump
 SAMPLES = 6  # doublings of a fifth of the shortest time
 
@@ -48,7 +50,7 @@ class StepControl:
         self.tolerance, self.span, self.size = tolerance, span, nominal.copy()
         self._allowed = tolerance * nominal
         self._nominal, self._corrected = nominal, lines
-        self._missed = np.where(lines, 1.0, np.where(polygons, 0.5, 0.0))
+        self._missed = np.where(lines, 1.0, np.where(polygons, 1.0, 0.0))
         self._bend_by = self._turn_by = np.zeros(nominal.size)
         n = nominal.size
         self._impulse, self._bend = np.zeros((n, n)), np.zeros((2, n, n))
@@ -58,7 +60,7 @@ class StepControl:
     def answers(self, left: float, a: Matrix, b: Matrix, c: Matrix, d: Matrix, known: NDArray[np.bool_]) -> None:
         """Take the system near a point: x' = a x + b u, and u = c x + d u what the exchange gives for the signals;
         known: (n,) those whose unit tells it; left: the time to the end of the run, s."""
-        self._plain = np.where(known, PLAIN, 1.0)
+        self._plain = np.where(known, np.where(self._corrected, PLAIN, IMPRESSED), 1.0)
         # a loop without a solution is told by the exchange
         with contextlib.suppress(np.linalg.LinAlgError):
             c = np.asarray(np.linalg.solve(np.eye(d.shape[0]) - d, c), dtype=float)

@@ -29,6 +29,7 @@ from fmu_models.coupling.histories import SLOPE_AT_END, History, Matrix, Vector
 from fmu_models.coupling.order import discrete
 from fmu_models.coupling.points import CommunicationPoints
 from fmu_models.coupling.unit import SteppedUnit
+from fmu_models.coupling.watch import Watch
 from fmu_models.coupling.wiring import split
 from fmu_models.importer import request
 from fmu_models.importer.motion_error import MotionError
@@ -44,7 +45,6 @@ APPROACH = 0.02  # of the way to an event: what is left for the last step
 PRECISE = 100.0  # of the tolerance, in times of the fastest unit: how long a step with bends may be that finds an event
 MERGED = 3.0  # times as long: two events that undo one another
 BENT = 0.1  # of the tolerance: lines that do not bend more reach an event at once
-COUNTING = 3  # changes in a row that are no events any more
 DISCARDS = 12  # in a row
 STUBBORN = 3  # misses in a row that a shorter step does not lessen: a jump
 
@@ -109,7 +109,7 @@ class Master:
         self.degree, self.reached = 0, 0
         self.steps = self.retries = self.missed = self._age = 0
         self.h, self._limit = 0.0, np.inf  # of the next step alone
-        self._before: Vector | None = None  # discrete variables before the last event
+        self._before: Vector | None = None  # what was read before the last event
         self.output = self._output(names, times)
         # those that may return early go first: where nothing can be put back, they are the ones that others wait for
         self._order = sorted(range(len(self.units)), key=lambda i: (not self.units[i].stops, not self.units[i].events))
@@ -136,15 +136,16 @@ class Master:
             if v.causality in ("output", "local") and v.variability == "discrete" and f"{unit}.{name}" in fmu.variables
         ]  # fmt: skip
         moving = [x for x in rates if split(fmus, x, "")[0] in stopping]
-        self._changes = np.zeros(len(memory), dtype=int)  # in a row
-        self._memory = [split(fmus, n, "")[0] for n in memory]
         sloped = [i for i, name in enumerate(recorded) if name in rates]
         sought = [*recorded, *(rates[recorded[i]] for i in sloped), *memory, *moving, *(rates[x] for x in moving)]
         selection = request.Selection.of(fmu, sought)
         column = {name: i for i, name in enumerate(selection.names)}  # several may ask for the same
         columns = np.array([column[name] for name in sought])
         calls, chosen = byref(composite.calls), byref(selection.c)
-        self.recorded, self._watched = recorded, (len(recorded) + len(sloped), len(memory), len(moving))
+        self.recorded = recorded
+        self.watch = Watch(
+            [split(fmus, n, "")[0] for n in memory], len(recorded) + len(sloped), len(moving), bool(self.step)
+        )
 
         def read() -> Vector:
             values = np.zeros(len(selection.names))
@@ -153,33 +154,9 @@ class Master:
 
         return DenseOutput(read, len(recorded), sloped, held, times)
 
-    def _switched(self, row: Vector) -> str:
-        """The first unit that has changed a discrete variable without an event, in the step or by the exchange."""
-        first, n, _ = self._watched
-        changed = np.flatnonzero(self.output.last[first : first + n] != row[first : first + n])
-        changed = changed[self._changes[changed] < COUNTING]
-        return self._memory[changed[0]] if changed.size else ""
-
-    def _count_changes(self, row: Vector) -> None:
-        """Of a variable that changes in every step, as a count of them does: it tells no event."""
-        first, n, _ = self._watched
-        changed = self.output.last[first : first + n] != row[first : first + n]
-        self._changes = np.where(changed | (self._changes >= COUNTING), self._changes + changed, 0)
-
     def _is_short(self, length: float) -> bool:
         """Whether an event is known well enough that lies in a step of such a length."""
         return length * max(self.control.rate, 1.0 / self.span) <= PRECISE * self.tolerance
-
-    def _nothing_changed(self, h: float) -> bool:
-        """Whether an event leaves all discrete variables as they were, and no state has jumped."""
-        if any(unit.pending and unit.name not in self._memory for unit in self.units):
-            return False
-        first, n, m = self._watched
-        before, after = (values[first:] for values in (self.output.last, self.output.read()))
-        rates = np.maximum(np.abs(before[n + m :]), np.abs(after[n + m :]))
-        moved = np.abs(after[n : n + m] - before[n : n + m])
-        smooth = moved <= 2.0 * rates * h + 1e-9 * (1.0 + np.abs(after[n : n + m]))
-        return bool((before[:n] == after[:n]).all() and smooth.all())
 
     def run(self, progress: Callable[[float], None] | None = None) -> Trajectory:
         """From start to stop. MotionError: a unit fails, or refuses every step."""
@@ -235,7 +212,7 @@ class Master:
                 unit.save()
         start, noted, before = self.points.time, len(self.points.events), self.points.u.copy()
         h, stubborn, last, discards = self.h, 0, np.inf, 0
-        memory = self._remembered(self.output.last)
+        first = self.output.last
         proposed = h
         if self._limit < h:
             h = self._limit
@@ -258,19 +235,19 @@ class Master:
                     self._put_back(start, noted, before)
                     h, self._limit = left, 2.0 * (reached - start - left)
                     continue
-                self._finish(reached, memory)
+                self._finish(reached, first, noted)
                 return
             self._look(reached, series)
             row = self.output.read()
-            if switched := self._switched(row):
+            self.watch.count(first, row)
+            if switched := self.watch.switched(first, row):
                 if self.repeats and not self.step and not self._is_short(reached - start):
                     self._put_back(start, noted, before)
                     h = self._limit = 0.5 * (reached - start)
                     continue
-                self._count_changes(row)
                 self.points.note(reached, switched)
                 self.output.point(reached, self.degree, row)
-                self._finish(reached, memory)
+                self._finish(reached, first, noted)
                 return
             values = self.points.u[self.points.signals]
             defects = self.history.defects(reached, values)
@@ -280,7 +257,6 @@ class Master:
             if max(error, bent) <= 1.0 or not self.repeats or self.step:
                 self.missed += max(error, bent) > 1.0
                 self.h = max(h, proposed) if self._limit < np.inf or h < proposed else h
-                self._count_changes(row)
                 self._accept(reached, row, values, defects, bent, cut=length < 0.99 * self.h, jumps=jumps)
                 return
             stubborn = stubborn + 1 if error > 0.5 * last else 0
@@ -289,7 +265,7 @@ class Master:
             if once or length <= SHORTEST * self.span:
                 self.missed += not once
                 self.output.point(reached, self.degree, row)
-                self._finish(reached, memory)
+                self._finish(reached, first, noted)
                 return
             self.retries += 1
             degree, factor = self.control.choose(defects, self.degree)
@@ -334,13 +310,13 @@ class Master:
 
     def _is_void(self, time: float, series: Matrix) -> bool:
         """Whether an event changes nothing, as where a body sticks for a moment because lines have bends."""
-        h = time - self.points.time
-        if not self.control.happens_once(h, series[2]) or not self._nothing_changed(h):
+        h, unknown = time - self.points.time, any(u.pending and u.name not in self.watch.owners for u in self.units)
+        if unknown or not self.control.happens_once(h, series[2]):
+            return False
+        if not self.watch.is_void(self.output.last, self.output.read(), h):
             return False
         self.points.handle_events()
-        for _ in range(len(self.points.events)):
-            if self.points.events[-1].time != time:
-                break
+        while self.points.events and self.points.events[-1].time == time:
             self.points.events.pop()
         return True
 
@@ -389,30 +365,32 @@ class Master:
             self.points.exchange()
             self._restart()
 
-    def _finish(self, time: float, before: Vector) -> None:
-        """A step that ends at an event."""
+    def _finish(self, time: float, before: Vector, noted: int) -> None:
+        """A step that ends at an event; before: what was read at its start, where ``noted`` events were known."""
         self.steps += 1
         points = self.points
-        points.time = time
+        start, points.time = self.history.time, time
         self.output.event(time)
         points.handle_events()
         points.drive()
         points.exchange()
-        self._merge(before)
         self._restart()
-
-    def _remembered(self, row: Vector) -> Vector:
-        first, n, _ = self._watched
-        return row[first : first + n]
+        events = points.events
+        if not all(event.name in self.watch.owners for event in events[noted:]):
+            self._before = None
+        elif self.watch.is_void(before, self.output.last, time - start):
+            del events[noted:]
+        else:
+            self._merge(before)
 
     def _merge(self, before: Vector) -> None:
         """Forget two events, one right behind the other, that leave everything as it was."""
-        events, now = self.points.events, self._remembered(self.output.read())
-        if len(events) > 1 and events[-1].name == events[-2].name in self._memory:
+        events = self.points.events
+        if len(events) > 1 and events[-1].name == events[-2].name and self._before is not None:
             near = self._is_short((events[-1].time - events[-2].time) / MERGED)
-            if near and self._before is not None and (now == self._before).all():
+            if near and self.watch.same(self._before, self.output.last):
                 del events[-2:]
-                before = now
+                before = self.output.last
         self._before = before
 
     def _trajectory(self) -> Trajectory:

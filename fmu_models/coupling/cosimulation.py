@@ -43,6 +43,7 @@ SHORTEST = 1e-13  # of the run
 RENEWED = 20  # steps for which responses of the units serve
 APPROACH = 0.02  # of the way to an event: what is left for the last step
 PRECISE = 100.0  # of the tolerance, in times of the fastest unit: how long a step with bends may be that finds an event
+JUMP = 100.0  # of the tolerance: a signal that is off by more has jumped
 MERGED = 3.0  # times as long: two events that undo one another
 BENT = 0.1  # of the tolerance: lines that do not bend more reach an event at once
 DISCARDS = 12  # in a row
@@ -176,6 +177,8 @@ class Master:
     def _restart(self) -> None:
         """Behind the start, an event or a jump: a history of this point alone."""
         points = self.points
+        points.jump(JUMP * self.tolerance * self.control.size)
+        points.exchange()
         values = points.u[points.signals]
         self.control.see(values)
         self._renew()

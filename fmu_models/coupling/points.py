@@ -205,6 +205,12 @@ class CommunicationPoints:
             for unit in self.units:
                 unit.reach_written()
 
+    def jump(self, limits: Vector) -> None:
+        """Signals (n,) that have jumped by more than ``limits`` reach also the inputs that else never jump."""
+        values = self.u[self.signals]
+        for unit, places in zip(self.units, self.places, strict=True):
+            unit.jump(values[places], limits[places])
+
     def next_bend(self) -> tuple[float, bool]:
         """The next time at which a line from outside ends, and whether it jumps there."""
         row = int(np.searchsorted(self.driven.times, self.time, side="right"))
@@ -246,6 +252,7 @@ class CommunicationPoints:
 
     def _set_rates(self, rates: Vector) -> None:
         """Rates (n,) of the signals; one that is fed itself stays as it is fed."""
+        rates = rates.copy()
         for signal, rate in self._rates_fed:
             rates[signal] = self.u[rate]
         for i, unit in enumerate(self.units):

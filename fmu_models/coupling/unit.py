@@ -346,6 +346,16 @@ class SteppedUnit:
         elif self._n_rates:
             self._derive(rates)
 
+    def jump(self, values: Vector, limits: Vector) -> None:
+        """Write the first inputs that never jump, where what feeds them has jumped to other ``values`` by more."""
+        first = slice(values.size)
+        jumped = self.continuous[first] & (np.abs(values - self._reached[first]) > limits)
+        if jumped.any():
+            self._read_inputs()
+            self._reached[first] = np.where(jumped, values, self._reached[first])
+            status = library().fmi_write(self._calls, self._everything[1], self._reached.ctypes.data)
+            self._check(status, "setting its inputs")
+
     def reach_written(self) -> None:
         """The inputs were written anew."""
         self._read_inputs()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, exp
 from pathlib import Path
 
@@ -126,6 +127,39 @@ def test_outputs_between_steps_cost_no_steps(folder):
     few, many = (couple(system, output_times=np.linspace(0.0, 5.0, n)) for n in (2, 1001))
     assert many.steps == few.steps < 200
     assert many["a.x"][-1] == few["a.x"][-1]
+
+
+def test_a_unit_that_can_do_nothing_still_keeps_the_tolerance(folder, model: Models):
+    """Held inputs, no state to put back, no derivatives: the integral of a place that swings."""
+    units = {"a": Unit(model("integers")), "b": Unit(exported("mass", folder), {"k": 4.0, "kc": 0.0}, {"x": 1.0})}
+    system = CoupledSystem("integral", units, wires("b.place -> a.u"), tolerance=1e-6, stop_time=0.7)
+    run = couple(system, output_times=np.linspace(0.0, 0.7, 71))
+    assert "no step repeated" in run.method
+    assert "a: held inputs;" in run.method
+    assert run["a.x"] == pytest.approx(0.25 + np.sin(2.0 * run.time) / 2.0, abs=3e-6)
+    assert run.steps < 100
+
+
+def test_another_unit_of_time_changes_no_step(folder):
+    fmu, steps = exported("mass", folder), []
+    for scale in (1e-3, 1.0, 1e3):
+        units = {name: Unit(fmu, {"m": scale**2}, {"x": x}) for name, x in (("a", 1.0), ("b", 0.0))}
+        system = CoupledSystem("masses", units, wires("a.place -> b.other", "b.place -> a.other"))
+        run = couple(system.changed(solver="co-simulation", stop_time=10.0 * scale), output_times=[10.0 * scale])
+        steps.append((run.steps, run.evaluations))
+        assert run["a.x"] == pytest.approx([place(10.0)], abs=3e-6)
+    assert steps[0] == steps[1] == steps[2]
+
+
+def test_a_rate_that_is_none_is_refused(folder):
+    fmu = exported("mass", folder)
+    connections = wires("a.place -> b.other", "a.place -> b.other_rate", "b.place -> a.other")
+    units = {"a": Unit(fmu, start={"x": 1.0}), "b": Unit(fmu)}
+    system = CoupledSystem("rate", units, [replace(c, factor=1.0) for c in connections], solver="co-simulation")
+    with pytest.raises(
+        StickslipError, match=r"'b.other_rate' is fed by 'a.place', which is 1 at the start, where 'b.other'"
+    ):
+        couple(system)
 
 
 def test_the_order_of_units_and_connections_changes_no_bit(folder):

@@ -1,6 +1,7 @@
 """Co-simulation of several units by a master of variable step and order.
 
-    expect    inputs over the next step: polynomials of degree k through their values at the points accepted so far
+    expect    inputs over the next step: polynomials of degree k through their values at the points accepted so far, and
+              through their slopes where the units tell those of their outputs
     step      every unit follows them as well as it can (see ``unit``), to the end or to the first event of any
     exchange  all values at the point reached, loops by Newton's method
     control   how far the inputs are off there, weighed by what it does (see ``control``): accept, or put back and try
@@ -109,6 +110,8 @@ class Master:
         self.control = StepControl(self.tolerance, self.span, np.array(nominal), lines, polygons)
         self.degree, self.reached = 0, 0
         self.steps = self.retries = self.missed = self._age = 0
+        # forces of bodies that stick to what they follow bend with its rate, which no unit knows ahead
+        self._smooth = not any(unit.continuous.any() for unit in self.units)
         self.h, self._limit = 0.0, np.inf  # of the next step alone
         self._before: Vector | None = None  # what was read before the last event
         self.output = self._output(names, times)
@@ -357,6 +360,9 @@ class Master:
         longer = h * min(factor, 0.8 * max(bent, 1e-9) ** -0.25)
         self.h = max(proposed, longer) if cut else longer
         self.history.accept(time, values, defects)
+        if self._smooth and (slopes := self.points.slopes()) is not None:
+            self.history.accept_slopes(slopes)
+            self.points.exchange()
         self.control.see(values)
         self._age += 1
         if self._age >= RENEWED:

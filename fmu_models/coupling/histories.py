@@ -72,6 +72,16 @@ class History:
         self._ages[1 : kept + 1] = end - self.time + self._ages[:kept]
         self.time, self.known = end, kept + 1
 
+    def accept_slopes(self, slopes: Vector) -> None:
+        """The newest point stands twice, with its slopes."""
+        kept = min(self.known, POINTS)
+        old, ages = self._differences[:kept].copy(), self._ages[:kept].copy()
+        self._differences[1] = slopes
+        for j in range(2, kept + 1):
+            self._differences[j] = (self._differences[j - 1] - old[j - 1]) / ages[j - 1]
+        self._ages[1 : kept + 1] = ages
+        self.known = kept + 1
+
 
 def between(time: float, nodes: Sequence[float], values: Matrix, slopes: Matrix | None = None) -> Vector:
     """(width,) at ``time``: the polynomial through values (n, width) at the nodes, with slopes (n, width) Hermite's."""

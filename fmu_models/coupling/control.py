@@ -49,6 +49,7 @@ class StepControl:
     ) -> None:
         self.tolerance, self.span, self.size = tolerance, span, nominal.copy()
         self._allowed = tolerance * nominal
+        self._pace, self._last = np.zeros(nominal.size), np.zeros(nominal.size)
         self._nominal, self._corrected = nominal, lines
         self._missed = np.where(lines, 1.0, np.where(polygons, 1.0, 0.0))
         self._bend_by = self._turn_by = np.zeros(nominal.size)
@@ -80,9 +81,17 @@ class StepControl:
                 break
         n = d.shape[0]
         self._impulse, self._bend = most[:, :n], np.array([most[:, n : 2 * n], most[:, 2 * n :]])
+        # who tells no response is taken to answer as fast as its inputs move
+        rates = np.where(known, 0.0, self._pace / self.size)
+        self._impulse += np.diag(rates)
+        self._bend[0] += np.diag(rates**3)
+        self.rate = max(self.rate, float(rates.max(initial=0.0)))
 
-    def see(self, values: Vector) -> None:
-        """Sizes of the signals so far."""
+    def see(self, values: Vector, h: float = 0.0) -> None:
+        """Sizes of the signals so far, and how fast they have moved where the last point was h ago."""
+        if h > 0.0:
+            np.maximum(self._pace, np.abs(values - self._last) / h, out=self._pace)
+        self._last = values
         np.maximum(self.size, self._nominal + np.abs(values), out=self.size)
         np.multiply(self.size, self.tolerance, out=self._allowed)
 

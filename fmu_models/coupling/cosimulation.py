@@ -363,7 +363,7 @@ class Master:
         if self._smooth and (slopes := self.points.slopes()) is not None:
             self.history.accept_slopes(slopes)
             self.points.exchange()
-        self.control.see(values)
+        self.control.see(values, h)
         self._age += 1
         if self._age >= RENEWED:
             self._renew()

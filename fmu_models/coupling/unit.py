@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from fmu_models.coupling.composite import library
 from fmu_models.coupling.histories import HIGHEST, Matrix, Vector
+from fmu_models.coupling.order import feedthrough
 from fmu_models.importer import instance, request
 from fmu_models.importer.instance import STATUS, F
 from fmu_models.importer.motion_error import MotionError
@@ -110,6 +111,9 @@ class SteppedUnit:
         offered = self._is(attributes, "providesDirectionalDerivative" + "s" * (self.fmi == 3))
         unit_instance.calls.directional = offered and bool(unit_instance.calls.function[F.DIRECTIONAL])
         self._feeds(self._degree(), jumping)
+        held = {name for name, rated in zip(self.inputs, self._rated, strict=True) if not rated}
+        # rates of outputs that follow an input at once need the rate of that input
+        self._unseen = any(feedthrough(self._fmu, name) & held for name in self.output_names)
         self._output_references = self._references(self.output_names)
         self._ones = np.ones(len(self.output_names), dtype=np.int32)
 
@@ -391,7 +395,7 @@ class SteppedUnit:
     def slopes(self) -> Vector | None:
         """(n_outputs,) first derivatives of the outputs by time; None where the unit does not tell them."""
         values = np.zeros(self._output_references.size)
-        if self._slopes is None:
+        if self._slopes is None or self._unseen:
             return None if values.size else values
         references, n = c_void_p(self._output_references.ctypes.data), c_size_t(values.size)
         arguments = (self._handle, references, n, c_void_p(self._ones.ctypes.data), c_void_p(values.ctypes.data))

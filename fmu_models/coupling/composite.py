@@ -100,6 +100,11 @@ class Composite:
         for unit_instance in self.instances:
             unit_instance.close()
 
+    def renew(self) -> None:
+        """Replace units that cannot be reset by fresh ones."""
+        for unit_instance in self.instances:
+            unit_instance.renew()
+
     def message(self) -> str:
         """What went wrong between the units, or what the unit that failed said last."""
         if self.c.failed_stage >= 0:

@@ -325,6 +325,8 @@ class Driver(Shown):
         if not prepared.c.begun:
             self._instance.log.count = 0
             self._instance.log.message = b""
+            if self._instance.calls.resets:
+                self._instance.renew()
         status = self._library.master_run(self._master, ctypes.byref(prepared.c))
         # from now on there is a run behind the instance
         self._instance.calls.resets = 1

@@ -75,7 +75,7 @@ FUNCTIONS |= {
     for number, name in _GETTERS3.items()
 }
 # what an interface cannot do without; the rest is asked for when it is needed
-COMMON = ("Reset", "EnterInitializationMode", "ExitInitializationMode", "Terminate")
+COMMON = ("EnterInitializationMode", "ExitInitializationMode", "Terminate")
 MODEL_EXCHANGE = (
     *("EnterEventMode", "EnterContinuousTimeMode", "SetTime", "SetContinuousStates", "GetContinuousStates"),
     *("GetEventIndicators", "GetNominalsOfContinuousStates"),
@@ -142,7 +142,7 @@ class Instance:
         self.co_simulation, self.scheduled = co_simulation, scheduled
         self.log = Log()
         self.remark = ""
-        self._callbacks: _Callbacks | None = None
+        self._callbacks = _Callbacks()
         self.calls = FmuInstance(log=ctypes.addressof(self.log))
         kind = "scheduledExecution" if scheduled else "coSimulation" if co_simulation else "modelExchange"
         interface = getattr(fmu.description, kind)
@@ -154,19 +154,34 @@ class Instance:
         except OSError as error:
             raise StickslipError(f"'{fmu.path}': its library cannot be loaded: {error}.") from error
         self._fill()
+        free = self.function("FreeInstance")
+        free.restype, free.argtypes = None, (c_void_p,)
+        pointers: list[int] = []
+        self._finalizer = weakref.finalize(self, _release, free, pointers, self.dll, self.log, self._callbacks)
+        self._pointers, self._free = pointers, free
+        self._begin()
+        self._configure(structure)
+        self._size()
+
+    def _begin(self) -> None:
+        """Instantiate."""
         pointer = self._instantiate()
         if not pointer and self.calls.event_mode:
             self.calls.event_mode = 0
             pointer = self._instantiate()
             self.remark = "without the event mode that the FMU declares and refuses"
         if not pointer:
-            raise StickslipError(f"'{fmu.path}' cannot be instantiated: {self.message() or 'it says nothing'}")
+            raise StickslipError(f"'{self.fmu.path}' cannot be instantiated: {self.message() or 'it says nothing'}")
         self.calls.instance = pointer
-        free = self.function("FreeInstance")
-        free.restype, free.argtypes = None, (c_void_p,)
-        self._finalizer = weakref.finalize(self, _release, free, pointer, self.dll, self.log, self._callbacks)
-        self._configure(structure)
-        self._size()
+        self._pointers[:] = [pointer]
+
+    def renew(self) -> None:
+        """Replace an instance that cannot be reset by a fresh one, before a run after the first. StickslipError: it
+        cannot be instantiated again."""
+        if not self.calls.function[F.RESET]:
+            while self._pointers:
+                self._free(self._pointers.pop())
+            self._begin()
 
     def close(self) -> None:
         """Free the instance; nothing may be asked of it afterwards."""
@@ -223,13 +238,9 @@ class Instance:
         environment = ctypes.addressof(self.log)
         if self.fmu.fmi == 2:
             c = ctypes.CDLL(None) if sys.platform != "win32" else ctypes.cdll.msvcrt
-            self._callbacks = _Callbacks(
-                ctypes.cast(library.master_log2, c_void_p),
-                ctypes.cast(c.calloc, c_void_p),
-                ctypes.cast(c.free, c_void_p),
-                None,
-                environment,
-            )
+            self._callbacks.logger = ctypes.cast(library.master_log2, c_void_p)
+            self._callbacks.allocate, self._callbacks.free = (ctypes.cast(f, c_void_p) for f in (c.calloc, c.free))
+            self._callbacks.environment = environment
             make = self.function("Instantiate")
             make.restype = c_void_p
             make.argtypes = (c_char_p, c_int, c_char_p, c_char_p, c_void_p, c_int, c_int)
@@ -317,9 +328,10 @@ class Instance:
         calls.state_references, calls.derivative_references = self._states.ctypes.data, self._derivatives.ctypes.data
 
 
-def _release(free: Callable[[int], object], pointer: int, dll: ctypes.CDLL, *_used: object) -> None:
+def _release(free: Callable[[int], object], pointers: list[int], dll: ctypes.CDLL, *_used: object) -> None:
     """Free an instance; what it still uses then (log, callbacks) is named so that it lives so long."""
-    free(pointer)
+    for pointer in pointers:
+        free(pointer)
     unload(dll)
 
 

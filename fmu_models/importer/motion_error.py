@@ -108,6 +108,8 @@ _TEXTS = {
     RUN.EVENT_ITERATION: "the FMU asks for ever more updates of its discrete states at {at}; after {value:.0f} the run "
     "is stopped.",
     RUN.BAD_INDICATOR: "event indicator {index} is not a finite number at {at}. Check parameters and start values.",
+    RUN.BAD_EVENT_TIME: "the FMU gives nextEventTime, the time of its next event, the value {value:g} at {at}; "
+    "expected a time. Mend the FMU, or end the run before it.",
     RUN.STALLS: "doStep returns at {at} without progress, {value:.0f} times in a row. Choose another step.",
     RUN.DISCARD: "doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one.",
     RUN.EVENTS_PILE_UP: "{value:.0f} events follow one another at {at} without progress; the FMU does not go on from "

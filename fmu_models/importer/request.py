@@ -108,13 +108,15 @@ def start_values(fmu: Fmu, parameters: Mapping[str, float], start: Mapping[str, 
     if not parameters and not start:
         return {}
     model, variables = fmu.description.modelName, fmu.variables
-    for name in parameters:
+    for name in (*parameters, *start):
         variable = variables.get(owner(name, variables))
         if variable is not None and variable.causality == "structuralParameter":
             raise StickslipError(
                 f"'{name}' of '{model}' is a structural parameter, on which sizes of arrays depend: it is set when the "
                 "FMU is loaded (structural_parameters of the Driver), not for a run."
             )
+    for name in parameters:
+        variable = variables.get(owner(name, variables))
         if variable is None or variable.causality != "parameter":
             has = [name for name, v in variables.items() if v.causality == "parameter" and is_numeric(fmu, name)]
             hint = nearest(name, has) if has else " It has no parameters."

@@ -7,7 +7,7 @@ from ctypes import byref, c_char_p, c_int, c_size_t, c_uint32, c_void_p
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.elements import element_names, owner
-from fmu_models.importer.instance import STATUS, Instance, master_library
+from fmu_models.importer.instance import STATUS, F, Instance, master_library
 
 
 def write(instance: Instance, texts: Mapping[str, str | bytes]) -> None:
@@ -16,9 +16,12 @@ def write(instance: Instance, texts: Mapping[str, str | bytes]) -> None:
     calls, variables = instance.calls, instance.fmu.variables
     instance.log.count, instance.log.message = 0, b""
     if calls.resets:
-        reset = instance.function("Reset")
-        reset.restype, reset.argtypes = c_int, (c_void_p,)
-        if reset(calls.instance) >= STATUS.DISCARD or master_library().fmi_configure(byref(calls)) >= STATUS.DISCARD:
+        instance.renew()
+        library = master_library()
+        if (
+            library.fmi_plain(byref(calls), F.RESET) >= STATUS.DISCARD
+            or library.fmi_configure(byref(calls)) >= STATUS.DISCARD
+        ):
             raise StickslipError(f"'{instance.fmu.path}' cannot be reset: {instance.message() or 'it says nothing'}")
     calls.resets = 1
     for name in dict.fromkeys(owner(name, variables) for name in texts):

@@ -75,6 +75,10 @@ MODELS = {
     "nudge": Foreign(("x",), (1.0,), (), ("nudges",), indicators=1),
     "graze": Foreign(("x",), (0.0,), (), ("entries",), indicators=1),
     "clock": Foreign(("x",), (0.0,), (("period", 0.1),), ("ticks", "late")),
+    # next time events that are none, or one rounding of time ahead
+    "no_time": Foreign(("x",), (0.0,), (("at", 0.5),)),
+    "creeping": Foreign(("x",), (0.0,), (("at", 0.5),), ("ticks",)),
+    "fatal": Foreign(("x",), (1.0,)),
     "ticker": Foreign((), (), (("period", 0.25),), ("ticks",)),
     "wrap": Foreign(("x",), (0.0,), (), ("steps", "wraps"), completes=True),
     "ending": Foreign(("x",), (1.0,), (), (), indicators=1),

@@ -105,9 +105,10 @@ def test_sizes_that_do_not_fit(fmu: Fmu, parameters: dict[str, float], said: str
         simulate_any(fmu, 1.0, parameters=parameters)
 
 
-def test_sizes_are_not_set_for_a_single_run(fmu: Fmu) -> None:
+@pytest.mark.parametrize("kind", ["parameters", "start"])
+def test_sizes_are_not_set_for_a_single_run(fmu: Fmu, kind: str) -> None:
     with Driver(fmu) as driver, pytest.raises(StickslipError, match=r"'n' .* set when the FMU is loaded"):
-        driver.run(1.0, parameters={"n": 2})
+        driver.run(1.0, **{kind: {"n": 2}})
     with pytest.raises(StickslipError, match="no structural parameter 'k'"):
         Driver(fmu, structural_parameters={"k": 2})
 

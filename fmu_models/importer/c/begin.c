@@ -71,7 +71,7 @@ Outcome begin_run(Master *m)
     const int integrates = r->method != METHOD_CO_SIMULATION && r->method != METHOD_SCHEDULED;
     m->nu = (int)r->inputs.n;
     m->slots = m->nz + (r->section_state != 0);
-    m->t = r->start;
+    m->t = m->asked = r->start;
     m->ended = RUN_DONE;
     m->terminate = m->crossed = 0;
     m->bad_state = -1;

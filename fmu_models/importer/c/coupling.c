@@ -82,7 +82,8 @@ CALL(update)(fmi2Component m, fmi2EventInfo *info)
         all.terminate |= one.terminate;
         all.nominals_changed |= one.nominals_changed;
         all.states_changed |= one.states_changed;
-        all.next_time = fmin(all.next_time, one.next_time);
+        /* a time that is none stays, for the run to refuse it */
+        if (!(all.next_time <= one.next_time) && !isnan(all.next_time)) all.next_time = one.next_time;
         if (one.terminate) c->failed_unit = i;
     }
     /* a loop may have another solution after the event */
@@ -93,7 +94,7 @@ CALL(update)(fmi2Component m, fmi2EventInfo *info)
     info->terminateSimulation = all.terminate;
     info->nominalsOfContinuousStatesChanged = all.nominals_changed;
     info->valuesOfContinuousStatesChanged = all.states_changed;
-    info->nextEventTimeDefined = isfinite(all.next_time);
+    info->nextEventTimeDefined = all.next_time != INFINITY;
     info->nextEventTime = all.next_time;
     RETURN(status);
 }

@@ -25,7 +25,7 @@ Outcome field_report(Master *m, RunStatus status, double t, int64_t index, doubl
 Outcome field_fail(Master *m, Function function, int status)
 {
     if (status == FMI_DISCARD) return SHORTER;
-    return status > FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->t, function, status) : FINE;
+    return status > FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->asked, function, status) : FINE;
 }
 
 Outcome field_inputs(Master *m, double t)
@@ -40,6 +40,7 @@ Outcome field_inputs(Master *m, double t)
 
 Outcome field_at(Master *m, double t, const double *x)
 {
+    m->asked = t;
     int status = fmi_set_time(m->fmu, t);
     if (status >= FMI_DISCARD) return field_fail(m, F_SET_TIME, status);
     if (m->inputs_vary) {

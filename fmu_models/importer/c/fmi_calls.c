@@ -41,6 +41,8 @@ typedef unsigned char Flag;
 
 int fmi_plain(const FmuInstance *fmu, Function function)
 {
+    /* without a reset the instance is a fresh one */
+    if (function == F_RESET && !fmu->function[function]) return FMI_OK;
     /* fmi2Reset and its like have one signature in both versions */
     return (int)((fmi2ResetTYPE *)fmu->function[function])(fmu->instance);
 }

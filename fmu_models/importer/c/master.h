@@ -170,6 +170,7 @@ typedef enum {
     RUN_TOO_MANY_STEPS,
     RUN_RATES_DIFFER,
     RUN_BAD_CLOCK,
+    RUN_BAD_EVENT_TIME,
     RUN_CROSSED /* the section: done too */
 } RunStatus;
 

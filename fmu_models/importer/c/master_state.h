@@ -52,6 +52,7 @@ typedef struct {
     int n, nz, nu;
     int slots;     /* nz, and one more where the run ends at a section */
     double t;      /* where the run is */
+    double asked;  /* time at which the FMU was evaluated last */
     double h;      /* proposed length of the next step */
     double *x, *f; /* states and derivatives there */
     double *rates; /* that the FMU said last, with what status */

@@ -174,6 +174,7 @@ Outcome ticking_update(Master *m, int *nominals)
         *nominals |= update.nominals_changed;
         m->terminate |= update.terminate;
     }
+    if (isnan(update.next_time)) return field_report(m, RUN_BAD_EVENT_TIME, m->t, -1, update.next_time);
     m->next_event = fmin(update.next_time, ticking_next(m));
     return FINE;
 }

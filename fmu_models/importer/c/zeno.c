@@ -36,7 +36,9 @@ Outcome zeno_stalled(Master *m)
 {
     const double gap = m->t - m->last_event_time;
     m->last_event_time = m->t;
-    m->stalled = gap <= 4.0 * DBL_EPSILON * fabs(m->t) ? m->stalled + 1 : 0;
+    /* at t = 0 the rounding of time is that of the run */
+    const double size = fmax(fabs(m->t), m->run->stop - m->run->start);
+    m->stalled = gap <= 4.0 * DBL_EPSILON * size ? m->stalled + 1 : 0;
     return m->stalled > master_tolerances.stalled_events ? field_report(m, RUN_EVENTS_PILE_UP, m->t, -1, m->stalled)
                                                          : FINE;
 }

@@ -5,6 +5,8 @@
  *     PARAMETERS         start values of the parameters, STARTS those of the states
  *     RESTLESS           (if need be) the discrete states want another update
  *     FAILS              (if need be) the derivatives cannot be computed: an error with a message
+ *     FAILED_STATUS      (if need be) its status then, other than an error
+ *     NO_RESET           (if need be) it has no reset
  *     CO_SIMULATION      (if need be) do_step, which moves the model towards the time end
  *     SIZE(v)            (if need be, FMI 3) elements of the array v, which takes as many value references
  *     READABLE(m, v)     (if need be, FMI 3) whether a value may be asked for now
@@ -43,6 +45,10 @@
 #endif
 #ifndef FAILS
 #define FAILS 0
+#endif
+
+#ifndef FAILED_STATUS
+#define FAILED_STATUS 3
 #endif
 
 #ifndef READABLE
@@ -176,7 +182,7 @@ static STATUS complain(Model *m)
 #else
     m->log(m->environment, fmi3Error, "logStatusError", "no rates beyond t = 1");
 #endif
-    return FAILED;
+    return FAILED_STATUS;
 }
 
 static STATUS get_many(Model *m, const REFERENCE *v, size_t n, double *values)
@@ -207,11 +213,13 @@ PLAIN(EnterEventMode)
 PLAIN(EnterContinuousTimeMode)
 PLAIN(ExitInitializationMode)
 PLAIN(Terminate)
+#ifndef NO_RESET
 STATUS NAME(Reset)(void *c)
 {
     put_back(c);
     return OK;
 }
+#endif
 void NAME(FreeInstance)(void *c) { free(c); }
 
 STATUS NAME(SetTime)(void *c, double t)

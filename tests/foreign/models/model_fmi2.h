@@ -26,7 +26,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     compute(m);
     info->newDiscreteStatesNeeded = RESTLESS;
     info->terminateSimulation = m->terminates;
-    info->nextEventTimeDefined = isfinite(m->next_time);
+    info->nextEventTimeDefined = m->next_time != INFINITY;
     info->nextEventTime = m->next_time;
     return fmi2OK;
 }

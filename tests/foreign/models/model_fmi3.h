@@ -30,7 +30,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
     *again = RESTLESS;
     *nominals = false;
     *terminate = m->terminates;
-    *defined = isfinite(m->next_time);
+    *defined = m->next_time != INFINITY;
     *next = m->next_time;
     return fmi3OK;
 }

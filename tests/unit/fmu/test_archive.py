@@ -65,7 +65,6 @@ NAMES = {
     "device with suffix": ("sources/con.c", "device on Windows"),
     "port": ("com1", "device on Windows"),
     "blank": ("resources/a ", "Windows drops"),
-    "trailing dot": ("resources./a", "Windows drops"),
 }
 
 
@@ -308,3 +307,10 @@ def test_more_than_the_size_stated_is_not_unpacked(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(shutil, "rmtree", measured)
     refused(path, "CRC")
     assert seen and seen[0] <= 10
+
+
+def test_a_trailing_dot_is_refused_on_windows_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = packed(tmp_path / "a.fmu", ("modelDescription.xml", XML), ("resources./a", "text"))
+    assert (Fmu.open(path).folder / "resources." / "a").read_text() == "text"
+    monkeypatch.setattr(archive.sys, "platform", "win32")
+    refused(path, "Windows drops")

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from fmu_models.coupling.histories import HIGHEST, Matrix, Vector
-from fmu_models.coupling.unit import Response
+from fmu_models.coupling.response import Response
 
 SAFETY, SHRINK, GROW = 0.8, 0.2, 2.5
 PLAIN = 5.0  # times the tolerance by which a signal may be wrong where its effect is known

@@ -16,22 +16,17 @@ The order of the units is irrelevant to the result.
 from __future__ import annotations
 
 from collections.abc import Callable
-from ctypes import byref
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.coupling.composite import library
 from fmu_models.coupling.control import SHRINK, StepControl
-from fmu_models.coupling.dense import DenseOutput
 from fmu_models.coupling.histories import SLOPE_AT_END, History, Matrix, Vector
-from fmu_models.coupling.order import discrete
 from fmu_models.coupling.points import CommunicationPoints
+from fmu_models.coupling.recording import recording
 from fmu_models.coupling.unit import SteppedUnit
-from fmu_models.coupling.watch import Watch
-from fmu_models.coupling.wiring import split
 from fmu_models.importer import request
 from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.trajectory import Trajectory
@@ -114,49 +109,13 @@ class Master:
         self._smooth = not any(unit.continuous.any() for unit in self.units)
         self.h, self._limit = 0.0, np.inf  # of the next step alone
         self._before: Vector | None = None  # what was read before the last event
-        self.output = self._output(names, times)
+        self.recorded, self.output, self.watch = recording(self.points, names, times, fixed=bool(self.step))
         # those that may return early go first: where nothing can be put back, they are the ones that others wait for
         self._order = sorted(range(len(self.units)), key=lambda i: (not self.units[i].stops, not self.units[i].events))
 
     def _nominal(self, unit: str, name: str) -> float:
         stated = self.system.fmus[unit].variables[name].nominal
         return abs(float(stated)) if stated else 1.0
-
-    def _output(self, names: list[str], times: Vector | None) -> DenseOutput:
-        system, composite = self.system, self.points.composite
-        fmu, fmus = composite.fmu, system.fmus
-        rates = dict(zip(composite.states, composite.derivatives, strict=True))
-        rates = {x: rate for x, rate in rates.items() if x in fmu.variables and rate in fmu.variables}
-        states = [x for unit in names for x in composite.states if x.startswith(f"{unit}.") and x in fmu.variables]
-        every = [n for unit in names for n in request.recordable(fmu) if split(fmus, n, "")[0] == unit]
-        recorded = list(system.outputs) or list(dict.fromkeys([*states, *every]))
-        parts = [split(fmus, name, system.name) for name in recorded]
-        fixed = [fmus[unit].variables[name].causality in ("parameter", "calculatedParameter") for unit, name in parts]
-        held = np.array([still or discrete(fmus[u], name) for still, (u, name) in zip(fixed, parts, strict=True)], bool)
-        # what tells an event that changes something
-        stopping = [unit.name for unit in self.units if unit.stops]
-        memory = [
-            f"{unit}.{name}" for unit in fmus for name, v in fmus[unit].variables.items()
-            if v.causality in ("output", "local") and v.variability == "discrete" and f"{unit}.{name}" in fmu.variables
-        ]  # fmt: skip
-        moving = [x for x in rates if split(fmus, x, "")[0] in stopping]
-        sloped = [i for i, name in enumerate(recorded) if name in rates]
-        sought = [*recorded, *(rates[recorded[i]] for i in sloped), *memory, *moving, *(rates[x] for x in moving)]
-        selection = request.Selection.of(fmu, sought)
-        column = {name: i for i, name in enumerate(selection.names)}  # several may ask for the same
-        columns = np.array([column[name] for name in sought])
-        calls, chosen = byref(composite.calls), byref(selection.c)
-        self.recorded = recorded
-        self.watch = Watch(
-            [split(fmus, n, "")[0] for n in memory], len(recorded) + len(sloped), len(moving), bool(self.step)
-        )
-
-        def read() -> Vector:
-            values = np.zeros(len(selection.names))
-            self.points.check(library().fmi_read(calls, chosen, values.ctypes.data), "reading values")
-            return values[columns]
-
-        return DenseOutput(read, len(recorded), sloped, held, times)
 
     def _is_short(self, length: float) -> bool:
         """Whether an event is known well enough that lies in a step of such a length."""

@@ -20,8 +20,7 @@ Inputs of a step come as Legendre coefficients (7, n), see ``histories``. A unit
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from ctypes import byref, c_int32, c_size_t, c_uint32, c_void_p
-from dataclasses import dataclass
+from ctypes import byref, c_int32, c_size_t, c_void_p
 from typing import Any
 
 import numpy as np
@@ -31,6 +30,7 @@ from numpy.typing import NDArray
 from fmu_models.coupling.composite import library
 from fmu_models.coupling.histories import HIGHEST, Matrix, Vector
 from fmu_models.coupling.order import feedthrough
+from fmu_models.coupling.response import Response, response
 from fmu_models.importer import instance, request
 from fmu_models.importer.instance import STATUS, F
 from fmu_models.importer.motion_error import MotionError
@@ -45,17 +45,6 @@ _JETS = [
     np.array([[legendre.legval(-1.0, legendre.legder(row, order)) for row in np.eye(d + 1)] for order in range(d + 1)])
     for d in range(HIGHEST + 1)
 ]
-
-
-@dataclass(frozen=True)
-class Response:
-    """A unit near a point: x' = a x + b u, y = c x + d u; (n, n), (n, n_inputs), (n_outputs, n) and (n_outputs,
-    n_inputs)."""
-
-    a: Matrix
-    b: Matrix
-    c: Matrix
-    d: Matrix
 
 
 class SteppedUnit:
@@ -404,31 +393,4 @@ class SteppedUnit:
 
     def response(self) -> Response | None:
         """How the outputs answer the inputs, by directional derivatives; None where the unit has none."""
-        derivatives = [u.variable for u in self._fmu.description.derivatives if u.variable]
-        pairs = [(str(v.name), str(v.derivative.name)) for v in derivatives if v.derivative and not v.shape]
-        n = len(pairs)
-        if not self.instance.calls.directional or n < len(derivatives):
-            return None
-        rates, states = (self._references([pair[i] for pair in pairs]) for i in (0, 1))
-        unknowns = np.concatenate([rates, self._output_references])
-        matrix = np.zeros((unknowns.size, n + len(self.inputs)))
-        for column, known in enumerate(np.concatenate([states, self._input_references])):
-            values = self._directional(unknowns, int(known))
-            if values is None:
-                return None
-            matrix[:, column] = values
-        return Response(matrix[:n, :n], matrix[:n, n:], matrix[n:, :n], matrix[n:, n:])
-
-    def _directional(self, unknowns: NDArray[np.uint32], known: int) -> Vector | None:
-        function = self.instance.function("GetDirectionalDerivative")
-        seed, values = np.ones(1), np.zeros(unknowns.size)
-        arguments = [
-            *(self._handle, c_void_p(unknowns.ctypes.data), c_size_t(unknowns.size), byref(c_uint32(known))),
-            *(c_size_t(1), c_void_p(seed.ctypes.data)),
-        ]
-        arguments += [c_size_t(1)] if self.fmi == 3 else []
-        arguments += [c_void_p(values.ctypes.data)]
-        arguments += [c_size_t(values.size)] if self.fmi == 3 else []
-        function.restype = c_int32
-        status = function(*arguments)
-        return values if status < STATUS.DISCARD and np.isfinite(values).all() else None
+        return response(self.instance, self.inputs, self.output_names)

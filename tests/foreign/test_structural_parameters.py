@@ -105,10 +105,10 @@ def test_sizes_that_do_not_fit(fmu: Fmu, parameters: dict[str, float], said: str
         simulate_any(fmu, 1.0, parameters=parameters)
 
 
-@pytest.mark.parametrize("kind", ["parameters", "start"])
-def test_sizes_are_not_set_for_a_single_run(fmu: Fmu, kind: str) -> None:
+@pytest.mark.parametrize("values", [({"n": 2}, {}), ({}, {"n": 2})], ids=["parameters", "start"])
+def test_sizes_are_not_set_for_a_single_run(fmu: Fmu, values: tuple[dict[str, float], dict[str, float]]) -> None:
     with Driver(fmu) as driver, pytest.raises(StickslipError, match=r"'n' .* set when the FMU is loaded"):
-        driver.run(1.0, **{kind: {"n": 2}})
+        driver.run(1.0, parameters=values[0], start=values[1])
     with pytest.raises(StickslipError, match="no structural parameter 'k'"):
         Driver(fmu, structural_parameters={"k": 2})
 

@@ -12,6 +12,7 @@ from fmu_models.fmu.fmu import Fmu
 
 Models = Callable[[str], Fmu]
 FOLDER = Path(__file__).parent / "models"
+ORDERS = {"lazy": ("-DLAZY",), "hasty": ("-DHASTY",)}  # of calls by which an FMU computes, by how its name begins
 
 
 @dataclass(frozen=True)
@@ -38,13 +39,15 @@ FORCED = Foreign(("x", "v"), (1.0, 0.0), (("d", 0.1), ("f", 0.5), ("omega", 1.3)
 BALL = Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1)
 BLOCK = Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,))
 PULSE = Foreign(("x",), (0.0,), (("at", 7.3), ("width", 1e-3)), ("on",), indicators=1)
-# begins with lazy: it computes when it is asked for its rates, and of all else says what it was before
+# begins with lazy: it computes when it is asked for its rates, and of all else says what it was before; with hasty: it
+# computes when it is asked for a variable, unless it was asked for its rates before
 MODELS = {
     "van_der_pol": Foreign(("x", "v"), (2.0, 0.0), (("mu", 1.0),), directional=True),
     "dahlquist": Foreign(("x",), (1.0,), (("k", 1.0),)),
     "robertson": Foreign(("a", "b", "c"), (1.0, 0.0, 0.0)),
     "ball": BALL,
     "lazy_ball": replace(BALL, echoes=("speed", "acceleration")),
+    "hasty_ball": replace(BALL, echoes=("speed", "acceleration")),
     # ball.c as tools write it: an edge of h < 0, remembered between events
     "ball_edge": Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces", "below"), indicators=1),
     # an indicator that is +1 or -1
@@ -57,6 +60,7 @@ MODELS = {
     "circle": Foreign(("x", "y"), (2.0, 0.0), (("omega", 2.0),), ("side",), indicators=1),
     "block": BLOCK,
     "lazy_block": replace(BLOCK, echoes=("speed", "acceleration")),
+    "hasty_block": replace(BLOCK, echoes=("speed", "acceleration")),
     "corner": Foreign(("x", "y"), (1.0, 2.0), (), ("side_x", "side_y"), indicators=2, depends=(1, 2)),
     "bar": Foreign(
         ("y", "v", "w"),
@@ -110,8 +114,8 @@ MODELS = {
 def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
     """The FMU ``name`` in ``folder``."""
     description = _two(name, MODELS[name]) if fmi == 2 else _three(name, MODELS[name])
-    options = (f"-DFMI={fmi}", "-Wno-unused-function", *(["-DLAZY"] if name.startswith("lazy_") else []))
-    source = FOLDER / f"{name.removeprefix('lazy_')}.c"
+    options = (f"-DFMI={fmi}", "-Wno-unused-function", *ORDERS.get(order := name.partition("_")[0], ()))
+    source = FOLDER / f"{name.removeprefix(f'{order}_') if order in ORDERS else name}.c"
     if not source.exists():
         source = FOLDER / f"{name.rpartition('_')[0]}.c"
     return build(folder / f"{name}{fmi}.fmu", source, description, name, options=options)

@@ -1,4 +1,4 @@
-"""FMUs that compute only when they are asked for their rates: nothing that they said before is taken for news."""
+"""FMUs that compute only when they are asked for their rates, or for anything before these: nothing that they said before is taken for news."""
 
 from __future__ import annotations
 
@@ -13,27 +13,32 @@ from fmu_models.importer.flow import FlowDriver
 from fmu_models.importer.simulate import simulate_any
 
 
+@pytest.mark.parametrize("order", ["lazy", "hasty"])
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "stiff", "auto"])
 @pytest.mark.parametrize(("name", "place"), [("ball", "h"), ("block", "x")])  # one bounces, one slides
-def test_a_lazy_fmu_runs_as_one_that_is_not(model: Models, name: str, place: str, method: str) -> None:
+def test_an_fmu_that_is_lazy_or_hasty_runs_as_one_that_is_not(
+    model: Models, name: str, place: str, method: str, order: str
+) -> None:
     honest = simulate_any(model(name), 2.0, method=method)
-    lazy = simulate_any(model(f"lazy_{name}"), 2.0, method=method)
+    late = simulate_any(model(f"{order}_{name}"), 2.0, method=method)
     for column in honest.values:
-        assert np.array_equal(lazy[column], honest[column]), column
-    assert lazy.events == honest.events
+        assert np.array_equal(late[column], honest[column]), column
+    assert late.events == honest.events
     # outputs that are the derivatives under other names
-    assert np.array_equal(lazy["speed"], honest[f"der({place})"])
-    assert np.array_equal(lazy["acceleration"], honest["der(v)"])
+    assert np.array_equal(late["speed"], honest[f"der({place})"])
+    assert np.array_equal(late["acceleration"], honest["der(v)"])
 
 
-def test_derivatives_are_those_of_the_closed_form(model: Models) -> None:
-    run = simulate_any(model("lazy_ball"), 0.4)
+@pytest.mark.parametrize("order", ["lazy", "hasty"])
+def test_derivatives_are_those_of_the_closed_form(model: Models, order: str) -> None:
+    run = simulate_any(model(f"{order}_ball"), 0.4)
     assert run["der(h)"] == pytest.approx(-9.81 * run.time, abs=1e-12)
     assert run["der(v)"] == pytest.approx(-9.81 * np.ones(run.time.size), abs=0.0)
 
 
-def test_what_a_lazy_unit_feeds_is_of_now(model: Models) -> None:
-    units = {"ball": Unit(model("lazy_ball")), "path": Unit(model("driven"))}
+@pytest.mark.parametrize("order", ["lazy", "hasty"])
+def test_what_such_a_unit_feeds_is_of_now(model: Models, order: str) -> None:
+    units = {"ball": Unit(model(f"{order}_ball")), "path": Unit(model("driven"))}
     run = couple(CoupledSystem("fed", units, wires("ball.speed -> path.u"), tolerance=1e-10, stop_time=1.0))
     # the integral of the speed is the way
     assert run["path.x"] == pytest.approx(run["ball.h"] - 1.0, abs=1e-9)

@@ -125,6 +125,7 @@ CALL(set_time)(fmi2Component m, fmi2Real t)
     Coupling *c = m;
     int status = FMI_OK;
     c->stale = 1;
+    c->time = t;
     for (int64_t i = 0; i < c->n_units; i++)
         status = worse(status, coupling_failed(c, i, fmi_set_time(c->fmus[i], t)));
     RETURN(status);

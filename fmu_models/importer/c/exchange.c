@@ -31,8 +31,10 @@ static int read_stage(Coupling *c, const Stage *s, int event)
     for (int64_t i = s->first_read; i < s->first_read + s->n_reads && status < FMI_DISCARD; i++) {
         const Group *g = c->reads + i;
         if (event || !g->discrete) {
-            /* rates first: see field.c. Those that fail do so again as rates of the whole system */
-            const int rates = event ? FMI_OK : fmi_derivatives(c->fmus[g->unit], c->rates);
+            /* rates first, then the point again: see field.c. Those that fail do so again as rates of the whole system */
+            int rates = event ? FMI_OK : fmi_derivatives(c->fmus[g->unit], c->rates);
+            const int asked = !event && rates <= FMI_ERROR && c->fmus[g->unit]->n_states; /* none of a Co-Simulation */
+            if (asked) rates = fmi_set_time(c->fmus[g->unit], c->time);
             if (rates > FMI_ERROR) return coupling_failed(c, g->unit, rates);
             const Variables variables = {g->n, c->output_types + g->first, c->output_references + g->first, NULL};
             status = coupling_failed(c, g->unit, fmi_read(c->fmus[g->unit], &variables, c->outputs + g->first));

@@ -46,7 +46,7 @@ typedef struct {
     const int64_t *variable_unit;
     const int32_t *variable_types;
     const uint32_t *variable_references;
-    double tolerance, start, stop;
+    double tolerance, start, stop, time;
     int64_t stale;                     /* the inputs belong to another time or state */
     int64_t changed;                   /* an input was changed by the last exchange */
     int64_t failed_unit, failed_stage; /* -1: none */

@@ -4,7 +4,8 @@
  *
  *     time, inputs, states
  *     rates, for some FMUs compute only when they are asked for them, and say of everything else what it was before
- *     indicators, values, directional derivatives, completedIntegratorStep, event mode
+ *     indicators, directional derivatives, completedIntegratorStep, event mode
+ *     values, after time, inputs and states once more: rates count as all that is computed for some (OpenModelica)
  *
  * Derivatives of states are recorded as the rates say, whatever the getter of the variable says.
  */
@@ -65,6 +66,7 @@ Outcome field_values(Master *m, double t, const double *x, double *values)
 {
     const Run *r = m->run;
     Outcome outcome = field_settled(m, t, x);
+    outcome = outcome == FINE ? field_at(m, t, x) : outcome;
     outcome = outcome == FINE ? field_fail(m, F_GETTERS, fmi_read(m->fmu, &r->recorded, values)) : outcome;
     for (int64_t i = 0; i < r->recorded.n && outcome == FINE; i++) {
         if (r->recorded_rates[i] >= 0) {

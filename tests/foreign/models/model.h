@@ -15,6 +15,8 @@
  *     TEXTS              (if need be) texts, whose functions are in the C file
  *     LAZY               (if need be) computes when it is asked for its rates and at events; rates as variables and
  *                        indicators are those of that point until then
+ *     HASTY              (if need be) computes variables when one is read after a new time or new states, unless it was
+ *                        asked for its rates in between: then they are what they were before
  *     and the functions declared below
  *
  * Value references: 0 time, 1.. states, 101.. derivatives, 151.. the same as outputs, 201.. parameters, 301.. indicators
@@ -67,6 +69,7 @@ typedef struct {
     double next_time;              /* of the next time event; infinity: none */
     int wants_event, terminates;   /* set by after_step or update */
     double seen_t, seen_x[NX + 1]; /* where it computed */
+    int stale;                     /* it was moved since */
 #ifdef CLOCKS
     int active[CLOCKS], initializes;
     double interval[CLOCKS];
@@ -109,6 +112,15 @@ static void compute(Model *m)
     memcpy(m->seen_x, m->x, sizeof m->x);
 }
 
+/* asked for its rates */
+static void rated(Model *m)
+{
+#ifndef HASTY
+    compute(m);
+#endif
+    m->stale = 0;
+}
+
 static void put_back(Model *m)
 {
     static const double parameters[] = {PARAMETERS, 0.0}, starts[] = {STARTS, 0.0};
@@ -133,7 +145,7 @@ static void put_back(Model *m)
 static Model computed(const Model *m)
 {
     Model seen = *m;
-#ifdef LAZY
+#if defined LAZY || defined HASTY
     seen.t = m->seen_t;
     memcpy(seen.x, m->seen_x, sizeof m->x);
 #endif
@@ -188,6 +200,10 @@ static STATUS complain(Model *m)
 static STATUS get_many(Model *m, const REFERENCE *v, size_t n, double *values)
 {
     STATUS status = OK;
+#ifdef HASTY
+    if (m->stale) compute(m);
+    m->stale = 0;
+#endif
     for (size_t i = 0; i < n && status == OK; i++)
         for (unsigned k = 0; k < SIZE(v[i]) && status == OK; k++)
             status = get_one(m, v[i] + k, values++);
@@ -225,11 +241,13 @@ void NAME(FreeInstance)(void *c) { free(c); }
 STATUS NAME(SetTime)(void *c, double t)
 {
     ((Model *)c)->t = t;
+    ((Model *)c)->stale = 1;
     return OK;
 }
 STATUS NAME(SetContinuousStates)(void *c, const double *x, size_t n)
 {
     memcpy(((Model *)c)->x, x, n * sizeof *x);
+    ((Model *)c)->stale = 1;
     return OK;
 }
 STATUS NAME(GetContinuousStates)(void *c, double *x, size_t n)
@@ -239,6 +257,9 @@ STATUS NAME(GetContinuousStates)(void *c, double *x, size_t n)
 }
 STATUS NAME(GetEventIndicators)(void *c, double *z, size_t n)
 {
+#ifdef HASTY
+    compute(c);
+#endif
     Model seen = computed(c);
     (void)n;
     indicators(&seen, z);

@@ -33,7 +33,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real *dx, size_t n)
 {
     Model *m = c;
-    compute(m);
+    rated(m);
     derivatives(m, dx);
     return FAILS ? complain(m) : fmi2OK;
 }

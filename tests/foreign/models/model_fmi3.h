@@ -37,7 +37,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 *dx, size_t n)
 {
     Model *m = c;
-    compute(m);
+    rated(m);
     derivatives(m, dx);
     return FAILS ? complain(m) : fmi3OK;
 }

@@ -1,4 +1,4 @@
-"""FMUs that compute only when they are asked for their rates, or for anything before these: nothing that they said before is taken for news."""
+"""FMUs that compute only when asked for their rates, or for anything before these: nothing said before is news."""
 
 from __future__ import annotations
 

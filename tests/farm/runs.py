@@ -118,7 +118,7 @@ def run(path: Path, tool: str, interface: str, until: float | None) -> Run | Non
     if tool == ENGINE:
         result = simulate(fmu, asked.stop, start_time=asked.start, inputs=inputs, output_times=sides)
     else:
-        options = {"communication_step": asked.step} if interface == CS else {"output_times": sides}
+        options: dict[str, Any] = {"communication_step": asked.step} if interface == CS else {"output_times": sides}
         method = "co-simulation" if interface == CS else "auto"
         with Driver(fmu, method=method, tolerance=FINE, record=names) as driver:
             result = driver.run(asked.stop, start_time=asked.start, inputs=inputs, **options)
@@ -145,8 +145,7 @@ def _by_fmpy(path: Path, interface: str, until: float | None) -> Run | None:
     table = asked.inputs
     if table is not None:
         table = table[[column for i, column in enumerate(table) if i == 0 or column in known]]
-    cosimulation = description.coSimulation
-    ramps = interface == CS and description.fmiVersion == "2.0" and bool(cosimulation.canInterpolateInputs)
+    ramps = description.fmiVersion == "2.0" and bool(getattr(description.coSimulation, "canInterpolateInputs", False))
 
     def once(tolerance: float, step: float) -> pd.DataFrame:
         result: Any = fmpy.simulate_fmu(
@@ -157,9 +156,9 @@ def _by_fmpy(path: Path, interface: str, until: float | None) -> Run | None:
             stop_time=asked.stop,
             relative_tolerance=tolerance,
             output_interval=step,
-            input=None if table is None else table.astype(float).to_records(index=False),
+            **({} if table is None else {"input": table.astype(float).to_records(index=False)}),
             output=names,
-            set_input_derivatives=ramps and table is not None,
+            set_input_derivatives=ramps and interface == CS and table is not None,
         )
         columns = {"time": np.asarray(result["time"], float)}
         for name in names:
@@ -221,5 +220,5 @@ def _table(path: Path, *ends: str) -> pd.DataFrame | None:
         return None
     table = pd.read_csv(file, skipinitialspace=True).replace({"true": 1.0, "false": 0.0}).infer_objects()
     table.columns = [str(name).strip().strip('"') for name in table.columns]
-    numbers = table.apply(pd.to_numeric, errors="coerce").astype(float)
+    numbers = pd.DataFrame({n: pd.to_numeric(table[n], errors="coerce").astype(float) for n in table.columns})
     return numbers.dropna(axis="columns", how="all").dropna()

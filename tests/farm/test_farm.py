@@ -80,7 +80,7 @@ def test_what_crashes_hangs_or_is_no_fmu_stops_nothing(tmp_path: Path, capsys: p
     shutil.copy(foreign("dahlquist", tmp_path), folder)
     code = main([str(folder), "--limit", "5", "--output", str(tmp_path / "out")])
     table = pd.read_csv(tmp_path / "out" / "farm.csv", keep_default_na=False)
-    words = {Path(row.fmu).stem: row.verdict for row in table.itertuples()}
+    words = {Path(path).stem: word for path, word in zip(table.fmu, table.verdict, strict=True)}
     assert words == {"crash": CRASHED, "hang": TIMED_OUT, "none": REFUSED, "dahlquist2": PASS}
     assert "stickslip: " in table.reason[table.fmu.str.endswith("none.fmu")].item()
     assert code == 1 and "1 pass, 1 refused, 1 timed out, 0 wrong, 1 crashed" in capsys.readouterr().out

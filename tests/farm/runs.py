@@ -145,6 +145,7 @@ def _by_fmpy(path: Path, interface: str, until: float | None) -> Run | None:
     table = asked.inputs
     if table is not None:
         table = table[[column for i, column in enumerate(table) if i == 0 or column in known]]
+    rows: Any = None if table is None else table.astype(float).to_records(index=False)
     ramps = description.fmiVersion == "2.0" and bool(getattr(description.coSimulation, "canInterpolateInputs", False))
 
     def once(tolerance: float, step: float) -> pd.DataFrame:
@@ -156,7 +157,7 @@ def _by_fmpy(path: Path, interface: str, until: float | None) -> Run | None:
             stop_time=asked.stop,
             relative_tolerance=tolerance,
             output_interval=step,
-            **({} if table is None else {"input": table.astype(float).to_records(index=False)}),
+            input=rows,
             output=names,
             set_input_derivatives=ramps and interface == CS and table is not None,
         )
@@ -220,5 +221,7 @@ def _table(path: Path, *ends: str) -> pd.DataFrame | None:
         return None
     table = pd.read_csv(file, skipinitialspace=True).replace({"true": 1.0, "false": 0.0}).infer_objects()
     table.columns = [str(name).strip().strip('"') for name in table.columns]
-    numbers = pd.DataFrame({n: pd.to_numeric(table[n], errors="coerce").astype(float) for n in table.columns})
+    numbers = table.apply(pd.to_numeric, errors="coerce")
+    assert isinstance(numbers, pd.DataFrame)
+    numbers = numbers.astype(float)
     return numbers.dropna(axis="columns", how="all").dropna()

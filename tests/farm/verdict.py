@@ -5,10 +5,11 @@ Two values of a variable agree within
     SHARE * size + ROUNDING * greatest value + twice what fmpy's runs of two tolerances differ by near that row
 
 where size is the largest of its range in both tables, its stated nominal value, and UNIT of the largest range of all
-variables of the same unit: what is zero but for rounding is judged by its like. Where a motion is chaotic, fmpy's two
-runs part, and nothing is judged any more. Of what lasts at a jump each table gives a tube: by Model Exchange all rows
-within 1e-6 of the run, so that a jump 1e-9 apart is no difference while a wrong level is one at the next row; by
-Co-Simulation, and in files of others, where jumps are known to a step only, both ends of the step that has the jump.
+variables of the same unit: what is zero but for rounding is judged by its like. Where both tools make the same steps of
+Co-Simulation without inputs, SAME stands for SHARE. Where a motion is chaotic, fmpy's two runs part, and nothing is
+judged any more. Around a jump each table gives a tube: by Model Exchange all rows within 1e-6 of the run, so that a
+jump 1e-9 apart is no difference while a wrong level is one at the next row; by Co-Simulation, and in files of others,
+where jumps are known to a step only, both ends of the step that has the jump.
 
 A run is wrong where it differs from fmpy's by the same interface, unless the reference, or a Co-Simulation that both
 tools find alike, sides with it against fmpy; an FMU is where no run of ours agrees with its reference, whose interface
@@ -30,7 +31,7 @@ from fmu_models.base.child_process import IsolatedFailure
 from fmu_models.base.errors import StickslipError
 from tests.farm.runs import CS, ENGINE, FMPY, JOBS, ME, OURS, Run
 
-SHARE, LOOSE, ROUNDING, UNIT = 1e-5, 2e-2, 1e-9, 1e-3
+SHARE, SAME, LOOSE, ROUNDING, UNIT = 1e-5, 1e-9, 2e-2, 1e-9, 1e-3
 STEEP = 10.0  # times the changes in the steps beside it: such a step has a jump
 NEAR = 5  # rows
 PASS, REFUSED, WRONG, CRASHED, TIMED_OUT = "pass", "refused", "wrong", "crashed", "timed out"
@@ -201,7 +202,8 @@ def _beside_fmpy(verdict: Verdict, runs: Mapping[tuple[str, str], Run], interfac
     if theirs is None:
         return False
     side, stepped = ours.experiment.side, interface == CS
-    comparison = compare(ours, Tube(theirs.table, side, stepped), interface, FMPY, SHARE, theirs)
+    share = SAME if stepped and ours.experiment.inputs is None else SHARE
+    comparison = compare(ours, Tube(theirs.table, side, stepped), interface, FMPY, share, theirs)
     verdict.comparisons.append(comparison)
     if comparison.first is None:
         return True

@@ -70,7 +70,8 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
         return None
     inside, span = tuple(event for event in events if start <= event.time < stop), (float(start), float(stop))
     ends_of = Measured(fmu, tolerance=run.get("tolerance") or TOLERANCE).extremes(span, {"start_time": 0.0, **run})
-    at = dict(zip(states.drawn.time.tolist(), states.drawn[fmu.states[0]], strict=True))
+    drawn = states.drawn
+    at = dict(zip(drawn.time.tolist(), drawn[fmu.states[0]], strict=True))
     angles: dict[tuple[str, int], list[float]] = {}
     for event in inside:
         angles.setdefault((event.contact, event.after), []).append(float(at[event.time]))

@@ -179,9 +179,9 @@ def at_maxima(system: Strobe, state: str) -> Crossing:
     Raises:
         StickslipError: the rate of the state is no other state.
     """
-    point = system.start(None)
-    field, i = VectorField(system.fmu, system.values), system.fmu.states.index(state)
-    beside = point[: len(system.fmu.states)] + SAME * system.sizes()[: len(system.fmu.states)]
+    names = system.fmu.states
+    field, i = VectorField(system.fmu, system.values), names.index(state)
+    beside = system.start(None)[: len(names)] + SAME * np.array([system.fmu.size_of(name) for name in names])
     row, rate = field.slopes(beside, ())[i], field.at(beside)
     (others,) = np.nonzero(row)
     if len(others) != 1 or others[0] == i or rate.rates[i] != row[others[0]] * rate.states[others[0]]:

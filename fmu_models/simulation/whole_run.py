@@ -69,8 +69,8 @@ def run(
     c = _filled(instance.whole_run, request, values)
     c.next_time = c.next_knot = 0
     chunks, parts, seconds = [], [], 0.0
+    room = np.full((SIDES if request.sides else 0, 2, 1 + request.references.size), np.nan)
     if request.sides:
-        room = np.full((SIDES, 2, 1 + request.references.size), np.nan)
         c.sides, c.side_capacity = room.ctypes.data, SIDES
     for took in _calls(engine.simulate, instance, c, c):
         seconds += took

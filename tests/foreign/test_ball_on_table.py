@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from coupled import wires
 from quick_export import quick_export
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
@@ -96,7 +96,8 @@ def _exact(height: float) -> tuple[list[float], list[float]]:
         if not falls.size:
             return impacts, list(later(1.0 - start))
         first = int(falls[0])
-        s = float(brentq(lambda s: later(s)[0] - later(s)[2], times[first], times[first + 1], xtol=1e-16))
+        bracket = (times[first], times[first + 1])
+        s = float(root_scalar(lambda s: later(s)[0] - later(s)[2], bracket=bracket, method="brentq", xtol=1e-16).root)
         h, v, x, w = later(s)
         impulse = (1 + RESTITUTION) * (w - v) * BALL * TABLE / (BALL + TABLE)
         start, ball, table = start + s, (h, v + impulse / BALL), (x, w - impulse / TABLE)

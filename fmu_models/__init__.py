@@ -62,8 +62,8 @@ if TYPE_CHECKING:
     from fmu_models.language.hysteresis.contact import Hysteresis as Hysteresis
     from fmu_models.language.hysteresis.dahl import Dahl as Dahl
     from fmu_models.language.hysteresis.iwan4 import Iwan4 as Iwan4
+    from fmu_models.language.hysteresis.play import Play as Play
     from fmu_models.language.hysteresis.sliders import MaxwellSlip as MaxwellSlip
-    from fmu_models.language.hysteresis.sliders import Play as Play
     from fmu_models.language.impacts import Impact as Impact
     from fmu_models.language.impacts import Newton as Newton
     from fmu_models.language.impacts import Poisson as Poisson

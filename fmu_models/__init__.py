@@ -90,7 +90,6 @@ if TYPE_CHECKING:
     from fmu_models.language.quantities import Input as Input
     from fmu_models.language.quantities import Parameter as Parameter
     from fmu_models.language.quantities import State as State
-    from fmu_models.language.rolling import RollingResistance as RollingResistance
     from fmu_models.language.signals import PeriodicSignal as PeriodicSignal
     from fmu_models.language.smoothing import Smoothed as Smoothed
     from fmu_models.language.stops import Stop as Stop

@@ -42,7 +42,7 @@ def test_an_event_mode_that_is_declared_and_refused(model: Models, fmi: int) -> 
     pair = {"a": Unit(model("integers_refusing")), "b": Unit(model("integers"))}
     coupled = couple(CoupledSystem("pair", pair, [Connection("a.x", "b.u")], step=0.5, stop_time=5.0))
     assert coupled["a.x"][-1] == pytest.approx(5.25, abs=1e-12)
-    assert ("; unit 'a' without the event mode" in coupled.method) == (fmi == 3)
+    assert ("; a: no inputs, without the event mode" in coupled.method) == (fmi == 3)
 
 
 def test_inputs_jump_at_a_communication_point(model: Models) -> None:

@@ -71,7 +71,8 @@ class CoupledSystem(Shown):
         solver: one of SOLVERS; "auto" integrates all as one where every unit has Model Exchange, otherwise it steps the
             units one by one ("co-simulation").
         step: communication step of a co-simulation, s; None: of controlled length.
-        rollback: steps of a co-simulation that miss the tolerance are repeated; None: where every unit can be put back.
+        rollback: steps of a co-simulation that miss the tolerance are repeated; None: where every unit can be put back,
+            and no step is given. With True and a step, shorter ones lie between its points.
         tolerance: relative error; None: 1e-8, of a co-simulation 1e-6.
         outputs: variables to record, "unit.variable"; none: states, inputs and outputs of all units.
         connectors: of the system itself and of systems in it, by dotted name; a trajectory has those with a value or a

@@ -255,7 +255,8 @@ def test_texts_reach_the_unit(tmp_path):
     inside = f'<ssd:Component name="t" source="texts.fmu">{bound(values("label String valve"))}</ssd:Component>'
     system = read_system(described(tmp_path, f"<ssd:Elements>{inside}</ssd:Elements>"))
     # of every run, although a reset takes it away
-    with CoupledDriver(system) as driver:
+    driver = CoupledDriver(system)
+    with driver:
         for _ in range(2):
             driver.run(0.1)
             assert text_calls.read(driver.composite.instances[0], ["word"]) == {"word": "valve, nothing"}

@@ -17,7 +17,7 @@ from fmu_models.codegen.c_structures import declarations
 from fmu_models.coupling.order import CouplingStage, Port, discrete, stages
 from fmu_models.coupling.wiring import unit_of
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer import instance, request
+from fmu_models.importer import instance, request, text_calls
 from fmu_models.importer.clocks import refuse_clocks
 
 if TYPE_CHECKING:
@@ -72,6 +72,8 @@ class Composite:
             for unit in system.units.values():
                 refuse_clocks(unit.fmu, "a coupling")
                 self.instances.append(instance.Instance(unit.fmu, co_simulation=co_simulation))
+                if unit.texts:
+                    text_calls.write(self.instances[-1], unit.texts)
         except BaseException:
             self.close()
             raise

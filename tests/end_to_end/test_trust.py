@@ -319,7 +319,7 @@ PARSERS = {
     "fmu_models/commands/data.py": "titles of what comes along",
     "fmu_models/commands/listing.py": "our own cache",
     "fmu_models/commands/scene.py": "scenes that come along",
-    "fmu_models/coupling/ssp.py": "names FMUs in its own folder, and no Python",
+    "fmu_models/coupling/ssp_documents.py": "names FMUs in its own folder, and no Python",
     "fmu_models/coupling/toml_system.py": "cases",
     "fmu_models/report/fmu_sheet.py": "names and texts of an FMU",
     "fmu_models/scene/read.py": "cases",

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
-
-from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
@@ -19,26 +16,12 @@ from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.return_map import ReturnMap
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section
-from fmu_models.simulation.trajectory import Event, Trajectory
+from fmu_models.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from fmu_models.language.maps import Map
     from fmu_models.sections.iteration import Iteration
-
-
-def with_events(times: Vector, events: Sequence[Event]) -> Vector:
-    """Ascending times with both sides of each event between them, so that drawn lines have its corner or its jump."""
-    inside = np.array([event.time for event in events if times[0] < event.time < times[-1]])
-    sides = (np.nextafter(inside, -np.inf), inside, np.nextafter(inside, np.inf))
-    return np.unique(np.concatenate([times, *sides]))
-
-
-def drawn_run(fmu: Fmu, stop_time: float, times: Vector, **run: Any) -> Trajectory:
-    """A run at times and at both sides of its events, which a first run finds."""
-    events = simulate(fmu, stop_time, output_times=times[-1:], **run).events
-    return simulate(fmu, stop_time, output_times=with_events(times, events), **run)
 
 
 @dataclass(frozen=True, eq=False)

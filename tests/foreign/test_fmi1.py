@@ -145,8 +145,8 @@ def test_a_library_without_a_function(changed: Changed) -> None:
 @pytest.mark.parametrize("name", ["integers", "driven"])
 def test_a_unit_of_a_coupled_system(changed: Changed, name: str, tmp_path: Path) -> None:
     """x' = u of both, the first of FMI 3; u = 1 of the first."""
-    first = {"inputs": {"u": 1.0}} if name == "driven" else {}
-    units = {"one": Unit(Fmu.open(foreign(name, tmp_path, 3)), **first), "two": Unit(changed(name))}
+    inputs = {"u": 1.0} if name == "driven" else {}
+    units = {"one": Unit(Fmu.open(foreign(name, tmp_path, 3)), inputs=inputs), "two": Unit(changed(name))}
     run = couple(CoupledSystem("pair", units, [Connection("one.x", "two.u")], stop_time=2.0, tolerance=1e-6))
     t, start = run.time, 0.25 if name == "integers" else 0.0
     assert run["one.x"] == pytest.approx(start + t, abs=1e-6)

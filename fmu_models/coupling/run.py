@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +18,7 @@ from fmu_models.coupling.outcome import News, Tell, columns
 from fmu_models.coupling.system import BY_STEPS, CoupledSystem
 from fmu_models.coupling.wiring import split
 from fmu_models.importer import instance, request
+from fmu_models.importer.batch import Batch
 from fmu_models.importer.driver import Driver
 from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.results import Provenance, Recording
@@ -49,6 +51,18 @@ class CoupledDriver(Driver):
     def _load(self) -> instance.Instance:
         # it has what the driver asks of an instance: calls, states, log, message, close
         return self.composite  # pyright: ignore[reportReturnType]
+
+    def _call(self, prepared: Any) -> int:
+        if not prepared.c.begun:
+            self.composite.write_texts()
+        return super()._call(prepared)
+
+    def batch(self, *args: Any, **settings: Any) -> Batch:
+        """As of `Driver`; StickslipError: a unit has texts too."""
+        for name, unit in self.composite.system.units.items():
+            if unit.texts:
+                raise StickslipError(f"Unit '{name}' has texts ({', '.join(unit.texts)}), which many runs do not take.")
+        return super().batch(*args, **settings)
 
 
 def couple(

@@ -308,6 +308,7 @@ PARSERS = {
     "fmu_models/continuation/kept.py": "nodes of a store: numbers, and classes of a list",
     "fmu_models/families/store.py": "what a store was made of is compared; Zarr of version 3 has no codec of objects",
     "fmu_models/analyses/shares.py": "what a store has of each value: numbers and words",
+    "fmu_models/fmu/fmi1.py": "an FMU's own words, after the look at its elements",
     "fmu_models/fmu/fmu.py": "an FMU's own words; periods of signals: formulas that Formula reads, as of a scene",
     "fmu_models/base/job_server.py": "what this program sends to its own child",
     "fmu_models/base/processes.py": "what its own child sends back",

@@ -11,7 +11,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.reduce import declared
-from fmu_models.scene.scene import Scene
+from fmu_models.scene.scene import Compute, Scene
 from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.return_map import ReturnMap
 from fmu_models.sections.strobe import Strobe
@@ -115,15 +115,21 @@ def section_of(
         if forcing or not (computation.forcing or computation.period)
         else period(scene, parameters) / computation.periods
     )
-    common: dict[str, Any] = {"forcing": forcing, "period": length, "parameters": constants}
+    return section_at(fmu, computation, scene.start, forcing=forcing, period=length, parameters=constants)
+
+
+def section_at(
+    fmu: Fmu, computation: Compute, start: Mapping[str, float], **common: Any
+) -> Strobe | Crossing | Impacts | ReturnMap:
+    """The section that a computation names; start: of a return map's other states; common: of ``FmuSection``."""
     if computation.impacts is not None:
         return Impacts(fmu, computation.impacts, **common)
     if computation.level:
         ((state, value),) = computation.level.items()
         if computation.returns:
             section = Section(state, value, -1 if computation.down else 1)
-            how: dict[str, Any] = {"cap": computation.cap, "start": scene.start, "accept": computation.accept}
-            return ReturnMap(fmu, computation.returns, section=section, **how, parameters=constants)
+            how: dict[str, Any] = {"cap": computation.cap, "start": start, "accept": computation.accept}
+            return ReturnMap(fmu, computation.returns, section=section, **how, parameters=common["parameters"])
         return Crossing(fmu, state, value, -1 if computation.down else 1, **common)
     return Strobe(fmu, every=computation.periods, autonomous=computation.autonomous, **common)
 

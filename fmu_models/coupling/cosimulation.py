@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.control import SHRINK, StepControl
 from fmu_models.coupling.histories import SLOPE_AT_END, History, Matrix, Vector
-from fmu_models.coupling.outcome import Tell, news, trajectory
+from fmu_models.coupling.outcome import Outcome, Tell
 from fmu_models.coupling.points import CommunicationPoints
 from fmu_models.coupling.recording import recording
 from fmu_models.importer import request
@@ -73,12 +73,12 @@ def co_simulate(
     try:
         return master.run(progress)
     except MotionError as error:
-        raise error.after(trajectory(master)) from error
+        raise error.after(master.trajectory()) from error
     finally:
         master.points.composite.close()
 
 
-class Master:
+class Master(Outcome):
     """A run of a co-simulation.
 
     Args:
@@ -140,13 +140,13 @@ class Master:
         while points.time < system.stop_time and not any(unit.ended for unit in self.units):
             self._advance()
             if self.tell:
-                self.tell(news(self))
+                self.tell(self.news())
             if progress:
                 progress((points.time - system.start_time) / self.span)
         self.output.finish(points.time)
         for unit in self.units:
             unit.terminate()
-        return trajectory(self)
+        return self.trajectory()
 
     def _restart(self) -> None:
         """Behind the start, an event or a jump: a history of this point alone."""

@@ -52,15 +52,19 @@ class ModelStructure:
 
     @property
     def output_unknowns(self) -> list[ModelUnknown]:
-        """Outputs, and the contact states among them, which depend on everything through the events; of a map its
-        states, which depend on all by its steps."""
-        if self.system.rule:
-            return [ModelUnknown(v) for v in self.variables.states]
+        """All outputs: states, which depend on themselves; what follows from them; and what changes at events alone,
+        which depends on everything through these, as the states of a map do."""
         unknowns = [
-            self._unknown(v, self._symbols([o.expression]), o.expression)
-            for v, o in zip(self.variables.outputs, self.system.outputs, strict=True)
+            *(ModelUnknown(v, (v.reference,), ("constant",)) for v in self.variables.states if not self.system.rule),
+            *self.derivative_unknowns,
+            *(
+                self._unknown(v, self._symbols([o.expression]), o.expression)
+                for v, o in zip(self.variables.outputs, self.system.outputs, strict=True)
+            ),
+            *self.indicator_unknowns,
         ]
-        return unknowns + [ModelUnknown(v) for v in self._shown_states]
+        known = {u.variable.reference: u for u in unknowns}
+        return [known.get(v.reference, ModelUnknown(v)) for v in self._outputs]
 
     @property
     def derivative_unknowns(self) -> list[ModelUnknown]:
@@ -99,7 +103,9 @@ class ModelStructure:
             else ModelUnknown(v)
             for v, e in zip(variables, sources, strict=True)
         ]
-        return unknowns + [ModelUnknown(v) for v in self._shown_states]
+        known = {u.variable.reference for u in unknowns}
+        exposed = [v for v in self._outputs if v.initial == "calculated" and v.reference not in known]
+        return sorted(unknowns + [ModelUnknown(v) for v in exposed], key=lambda u: u.variable.reference)
 
     def _start_values(self, expressions: Iterable[sympy.Expr]) -> set[sympy.Basic] | None:
         """What is given at the start behind expressions, parameters too; None if the state of a contact is."""
@@ -142,8 +148,8 @@ class ModelStructure:
         return ModelUnknown(variable, tuple(reference for reference, _ in ordered), tuple(kinds))
 
     @property
-    def _shown_states(self) -> list[Variable]:
-        return [v for v in self.variables.contact_states if v.causality == "output"]
+    def _outputs(self) -> list[Variable]:
+        return [v for v in self.variables.listed if v.causality == "output"]
 
     @cached_property
     def _free_accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:

@@ -154,7 +154,7 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
     root = _root("ssd:SystemStructureDescription", **about)
     top = SubElement(root, _tag("ssd:System"), name=system.name)
     ends = [tuple(name.split(".", 1)) for name in system.outputs]
-    outputs = [(unit, name) for unit, name in ends if name in system.units[unit].fmu.outputs]
+    outputs = [(unit, name) for unit, name in ends if name in system.units[unit].fmu.ports]
     if outputs:
         connectors = SubElement(top, _tag("ssd:Connectors"))
         for unit, name in outputs:
@@ -163,7 +163,7 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
     for name, unit in system.units.items():
         component = SubElement(elements, _tag("ssd:Component"), name=name, source=sources[name], type=FMU[1])
         connectors = SubElement(component, _tag("ssd:Connectors"))
-        kinds = {"input": unit.fmu.inputs, "output": unit.fmu.outputs, "parameter": unit.fmu.parameters}
+        kinds = {"input": unit.fmu.inputs, "output": unit.fmu.ports, "parameter": unit.fmu.parameters}
         for kind, names in kinds.items():
             for variable in names:
                 _add_connector(connectors, variable, kind, unit.fmu, variable)
@@ -185,7 +185,7 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
             attributes = {"startElement": unit, "startConnector": name, "endConnector": f"{unit}_{name}"}
             SubElement(connections, _tag("ssd:Connection"), attributes)
     fmus = [unit.fmu for unit in system.units.values()]
-    units = (_unit(fmu, name) for fmu in fmus for name in (*fmu.inputs, *fmu.outputs, *fmu.parameters))
+    units = (_unit(fmu, name) for fmu in fmus for name in (*fmu.inputs, *fmu.ports, *fmu.parameters))
     _add_units(root, "ssd:Units", fmus, dict.fromkeys(units))
     span = {"startTime": repr(float(system.start_time)), "stopTime": repr(float(system.stop_time))}
     SubElement(root, _tag("ssd:DefaultExperiment"), span)

@@ -132,8 +132,8 @@ def test_orders_and_variables_that_there_are_not(fmu: Fmu, pause: tuple[float, f
         for order in (0, -1, HIGHEST + 1):
             with pytest.raises(ValueError, match="orders 1 to 5"):
                 derivatives(one, fmu.outputs, order)
-        with pytest.raises(ValueError, match="a state, not an output"):
-            derivatives(one, fmu.states[:1], 1)
+        with pytest.raises(ValueError, match="a parameter, not a continuous output"):
+            derivatives(one, fmu.parameters[:1], 1)
 
 
 def test_derivatives_of_outputs_after_steps_by_a_pulse(tmp_path: Path):

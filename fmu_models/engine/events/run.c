@@ -261,7 +261,7 @@ RunStatus run_outputs(Run *r, double *y)
     return RUN_OK;
 }
 
-void run_output_derivatives(Run *r, int order, double *y)
+void run_time_derivatives(Run *r, int order, TimeDerivatives *found)
 {
     Jets *j = &r->scratch;
     double factorial = 1.0;
@@ -270,6 +270,10 @@ void run_output_derivatives(Run *r, int order, double *y)
         model_outputs(r->at.p, r->at.d, j, k);
         factorial *= k > 0 ? k : 1;
     }
+    for (int i = 0; i < MODEL_NX; i++) {
+        found->states[i] = factorial * j->x[i][order];
+        found->rates[i] = factorial * (order + 1) * j->x[i][order + 1];
+    }
     for (int i = 0; i < MODEL_NY; i++)
-        y[i] = factorial * j->y[i][order];
+        found->outputs[i] = factorial * j->y[i][order];
 }

@@ -238,24 +238,24 @@ Status variables_output_derivatives(Instance *m, const char *function, const uin
 {
     TRAPS_REST;
     int i, phases = PHASE_STEP | PHASE_INTERMEDIATE | PHASE_EVENT | PHASE_TERMINATED;
-    double y[MODEL_ROOM(MODEL_NY)] = {0};
+    TimeDerivatives found = {{0}, {0}, {0}};
     if (instance_enter(m, m && m->core.co_simulation ? phases : 0, function)) return STATUS_ERROR;
     if (instance_array(m, vr, n, function, "value references") || instance_array(m, order, n, function, "orders")
         || instance_array(m, value, n, function, "values"))
         return STATUS_ERROR;
     for (size_t k = 0; k < n; k++) {
         Kind kind = variables_locate(vr[k], &i);
-        if (kind != OUTPUT)
-            return instance_refuse(m, "%s: value reference %u is %s, not an output", function, (unsigned)vr[k],
-                                   kind_names[kind]);
+        if (kind != OUTPUT && kind != STATE && kind != DERIVATIVE)
+            return instance_refuse(m, "%s: value reference %u is %s, not a continuous output", function,
+                                   (unsigned)vr[k], kind_names[kind]);
         if (order[k] < 1 || order[k] > MOST_OUTPUT_ORDER)
             return instance_refuse(m, "%s: order %d; orders 1 to %d are given", function, (int)order[k],
                                    MOST_OUTPUT_ORDER);
     }
     for (size_t k = 0; k < n; k++) {
-        if (k == 0 || order[k] != order[k - 1]) run_output_derivatives(&m->core.run, order[k], y);
-        variables_locate(vr[k], &i);
-        value[k] = y[i];
+        if (k == 0 || order[k] != order[k - 1]) run_time_derivatives(&m->core.run, order[k], &found);
+        const Kind kind = variables_locate(vr[k], &i);
+        value[k] = (kind == STATE ? found.states : kind == OUTPUT ? found.outputs : found.rates)[i];
         if (!isfinite(value[k]))
             return instance_refuse(m, "%s: output %u has no finite derivative of order %d at time %.17g", function,
                                    (unsigned)vr[k], (int)order[k], m->core.run.at.time);
@@ -297,9 +297,9 @@ static Status enter_derivatives(Instance *m, const char *function, const uint32_
     if (instance_array(m, known, n_known, function, "knowns")) return STATUS_ERROR;
     for (size_t k = 0; k < n_unknown; k++) {
         Kind kind = variables_locate(unknown[k], &i);
-        if (kind != DERIVATIVE && kind != OUTPUT)
-            return instance_refuse(m, "%s: unknown %u is %s; only derivatives and outputs are supported", function,
-                                   (unsigned)unknown[k], kind_names[kind]);
+        if (kind != DERIVATIVE && kind != OUTPUT && kind != STATE)
+            return instance_refuse(m, "%s: unknown %u is %s; only states, derivatives and outputs are supported",
+                                   function, (unsigned)unknown[k], kind_names[kind]);
     }
     if (m->core.phase == PHASE_INITIALIZATION && instance_settle(m, function, NULL)) return STATUS_ERROR;
     if (!m->derivatives) m->derivatives = calloc(1, point_derivative_room());
@@ -313,7 +313,8 @@ static Status read_derivatives(Instance *m, const char *function, const Directio
     double dx[MODEL_ROOM(MODEL_NX)] = {0}, dy[MODEL_ROOM(MODEL_NY)] = {0};
     point_derivative(&m->core.run, along, m->derivatives, dx, dy);
     for (size_t k = 0; k < n; k++) {
-        value[k] = variables_locate(unknown[k], &i) == OUTPUT ? dy[i] : dx[i];
+        const Kind kind = variables_locate(unknown[k], &i);
+        value[k] = (kind == STATE ? along->x : kind == OUTPUT ? dy : dx)[i];
         if (!isfinite(value[k]))
             return instance_refuse(m, "%s: unknown %u has no finite derivative at time %.17g", function,
                                    (unsigned)unknown[k], m->core.run.at.time);

@@ -50,7 +50,7 @@ class ModelStructure:
         velocities = [q.v for q in system.coordinates]
         self._rates = [] if system.rule else [*velocities, *system.rate_symbols, *system.internal_rates]
 
-    @property
+    @cached_property
     def output_unknowns(self) -> list[ModelUnknown]:
         """All outputs: states, which depend on themselves; what follows from them; and what changes at events alone,
         which depends on everything through these, as the states of a map do."""
@@ -66,7 +66,7 @@ class ModelStructure:
         known = {u.variable.reference: u for u in unknowns}
         return [known.get(v.reference, ModelUnknown(v)) for v in self._outputs]
 
-    @property
+    @cached_property
     def derivative_unknowns(self) -> list[ModelUnknown]:
         """Derivatives of the states."""
         return [
@@ -74,7 +74,23 @@ class ModelStructure:
             for v, rate in zip(self.variables.derivatives, self._rates, strict=True)
         ]
 
-    @property
+    def output_order(self, highest: int) -> int:
+        """The order up to which derivatives in time of all outputs follow from inputs and their rates, at most
+        ``highest``: one more than the fewest integrations between. At least 1: an output that takes the rate of an
+        input at once, as a force in stick does, has it where it does not."""
+        inputs = {self.variables.references[u]: 0 for u in self.system.inputs}
+        apart = inputs | {self.variables.references[u.rate]: -1 for u in self.system.inputs}
+
+        def nearest(unknown: ModelUnknown) -> int:
+            return min((apart[r] for r in unknown.dependencies or () if r in apart), default=highest)
+
+        for _ in self.variables.states:
+            for rate in self.derivative_unknowns:
+                apart[rate.variable.derivative or 0] = nearest(rate) + 1
+        ports = [u for u in self.output_unknowns if u.variable.variability == "continuous"]
+        return max(1, min(highest, 1 + min(map(nearest, ports), default=highest)))
+
+    @cached_property
     def indicator_unknowns(self) -> list[ModelUnknown]:
         """Indicators of the contacts."""
         sources = []

@@ -67,7 +67,7 @@ class Variable:
 
     Attributes:
         derivative: the reference of the state that it is the derivative of.
-        intermediate: it can be read inside a step of Co-Simulation (FMI 3).
+        intermediate: it can be read, an input set, inside a step of Co-Simulation (FMI 3).
         same_as: a variable listed before that is the same quantity.
     """
 
@@ -131,7 +131,8 @@ class Variables:
         self.references: dict[sympy.Basic, int] = {TIME: 1}
         self.parameters: dict[sympy.Basic, int] = {p: self._add_parameter(p).reference for p in system.parameters}
         for symbol in (*system.inputs, *(u.rate for u in system.inputs)):
-            variable = self._add("input", symbol.name, symbol.description, start=symbol.value, unit=symbol.unit)
+            values = {"start": symbol.value, "unit": symbol.unit, "intermediate": symbol in system.inputs}
+            variable = self._add("input", symbol.name, symbol.description, **values)
             self.references[symbol] = variable.reference
         self.states = [self._add_state(state) for state in system.states]
         self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     __version__: str
 
     from fmu_models.analyses.basins import basins as basins
-    from fmu_models.analyses.bifurcation import find_bifurcations as find_bifurcations
     from fmu_models.analyses.chart import chart as chart
     from fmu_models.analyses.crossings import crossing_diagram as crossing_diagram
     from fmu_models.analyses.diagram import orbit_diagram as orbit_diagram
@@ -63,8 +62,8 @@ if TYPE_CHECKING:
     from fmu_models.language.hysteresis.contact import Hysteresis as Hysteresis
     from fmu_models.language.hysteresis.dahl import Dahl as Dahl
     from fmu_models.language.hysteresis.iwan4 import Iwan4 as Iwan4
+    from fmu_models.language.hysteresis.play import Play as Play
     from fmu_models.language.hysteresis.sliders import MaxwellSlip as MaxwellSlip
-    from fmu_models.language.hysteresis.sliders import Play as Play
     from fmu_models.language.impacts import Impact as Impact
     from fmu_models.language.impacts import Newton as Newton
     from fmu_models.language.impacts import Poisson as Poisson
@@ -91,11 +90,9 @@ if TYPE_CHECKING:
     from fmu_models.language.quantities import Input as Input
     from fmu_models.language.quantities import Parameter as Parameter
     from fmu_models.language.quantities import State as State
-    from fmu_models.language.rolling import RollingResistance as RollingResistance
     from fmu_models.language.signals import PeriodicSignal as PeriodicSignal
     from fmu_models.language.smoothing import Smoothed as Smoothed
     from fmu_models.language.stops import Stop as Stop
-    from fmu_models.language.two_stage_stop import TwoStageStop as TwoStageStop
     from fmu_models.maps import MAPS as MAPS
     from fmu_models.scene.read import read_scene as read_scene
     from fmu_models.scene.scene import Scene as Scene

@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from identification.hysteresis.result import HysteresisFit as HysteresisFit
     from identification.inference.choice import Inference as Inference
     from identification.inference.comparison import LawComparison as LawComparison
-    from identification.machines.by_recipe import inverse_dynamics as inverse_dynamics
     from identification.machines.excite import excite as excite
     from identification.machines.inverse import identify_machine as identify_machine
     from identification.machines.joint_laws import compare_joint_laws as compare_joint_laws

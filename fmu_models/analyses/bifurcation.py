@@ -7,19 +7,17 @@ They are smooth special points of the branch of a motion. A motion that has bran
 through it: the flip belongs to the shorter motion.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.shown import Shown
 from fmu_models.continuation.begin import begin_of, problem_of
 from fmu_models.continuation.branch import followed_from
 from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD
-from fmu_models.sections.iteration import Iteration
-from fmu_models.sections.periodic import PeriodicMotion, Vector, find_cycles, find_periodic, motion_at
+from fmu_models.sections.periodic import PeriodicMotion, motion_at
 from fmu_models.sections.system import SectionSystem
 
 KINDS = {FOLD: "saddle-node", BRANCH_POINT: "saddle-node", FLIP: "flip"}
@@ -27,18 +25,9 @@ SAME = 1e-4  # share of the box up to which the motions at one value are one: a 
 POINTS = 2000  # of a branch, at most
 
 
-@dataclass(frozen=True, eq=False)
-class Bifurcation(Shown):
-    """A value of a parameter, and the motion there.
+class Bifurcation(NamedTuple):
+    """A value of a parameter, "saddle-node" or "flip", and the motion there, with an eigenvalue at +1 or -1."""
 
-    Attributes:
-        parameter: its name.
-        value: in its unit.
-        kind: "saddle-node" or "flip".
-        motion: with an eigenvalue at +1 or -1.
-    """
-
-    parameter: str
     value: float
     kind: str
     motion: PeriodicMotion
@@ -50,53 +39,20 @@ class Bifurcation(Shown):
 
 
 def find_bifurcations(
-    system: SectionSystem,
-    parameter: str,
-    begin: float,
-    end: float,
-    *,
-    period: int = 1,
-    guess: Sequence[Sequence[float]] | Vector | None = None,
-) -> tuple[Bifurcation, ...]:
-    """What the branches of the motions of one period that exist at ``begin`` meet up to ``end``, by parameter value.
-
-    Args:
-        system: a map (``Iteration``) or a strobe.
-        parameter: name of the one that changes.
-        begin, end: its values, in its unit; ``end`` may be the smaller one.
-        period: number of points of the motions.
-        guess: (period, n) points near the motion to follow; those of a map are sought in its box if it is left out.
-
-    Raises:
-        StickslipError: an unknown parameter, values that the system cannot have, no motion at ``begin``, or another
-            section than a strobe.
-    """
-    system.check(parameter, np.array([begin, end], dtype=float))
-    if begin == end or period < 1:
-        raise StickslipError(f"Nothing changes: {parameter} goes from {begin:g} to {end:g}, with period {period}.")
-    system = system.at(**{parameter: float(begin)})
-    for points in (motions := _motions_at_begin(system, period, guess)):
-        if points.shape[1] != len(system.states):
-            raise StickslipError(f"A point of {system.name} has {len(system.states)} numbers: {system.states}.")
-    if not motions:
-        raise StickslipError(
-            f"{system.name} has no motion of period {period} at {parameter} = {begin:g} that could be followed. Begin "
-            "where it exists, from a guess near it; 'find_periodic' and 'stickslip map' show what a map has."
-        )
+    system: SectionSystem, parameter: str, ends: tuple[float, float], cycles: Iterable[Vector]
+) -> list[Bifurcation]:
+    """What branches of a map or a strobe meet between two values of a parameter, by value; they begin at the first of
+    these with cycles (period, n). StickslipError: an unknown parameter, or values that the system cannot have."""
+    system.check(parameter, np.array(ends, dtype=float))
+    if ends[0] == ends[1]:
+        raise StickslipError(f"Nothing changes: {parameter} goes from {ends[0]:g} to {ends[1]:g}.")
+    system = system.at(**{parameter: float(ends[0])})
     bifurcations: list[Bifurcation] = []
-    met = (bifurcation for points in motions for bifurcation in _met(system, parameter, (begin, end), points))
+    met = (bifurcation for points in cycles for bifurcation in _met(system, parameter, ends, points))
     for bifurcation in sorted(met, key=lambda bifurcation: bifurcation.miss):
         if not any(_equal(system, bifurcation, nearer) for nearer in bifurcations):
             bifurcations.append(bifurcation)
-    return tuple(sorted(bifurcations, key=lambda bifurcation: bifurcation.value))
-
-
-def _motions_at_begin(system: SectionSystem, period: int, guess: ArrayLike | None) -> list[Vector]:
-    if guess is not None:
-        return list(find_cycles(system, np.asarray(guess, dtype=float).reshape(1, period, -1)))
-    if isinstance(system, Iteration):
-        return [motion.points for motion in find_periodic(system, period)]
-    raise StickslipError(f"Say near which points a motion of {system.name} is to be followed: guess=[[...]].")
+    return sorted(bifurcations, key=lambda bifurcation: bifurcation.value)
 
 
 def _met(system: SectionSystem, parameter: str, ends: tuple[float, float], points: Vector) -> Iterator[Bifurcation]:
@@ -111,7 +67,7 @@ def _met(system: SectionSystem, parameter: str, ends: tuple[float, float], point
             turns = np.arange(len(points)) * special.node.problem.turns / len(points)
             states = [dict(zip(special.state, special.at(turn).tolist(), strict=True)) for turn in turns]
             motion = motion_at(system.at(**{parameter: special.value}), np.array([*map(system.start, states)]))
-            yield Bifurcation(parameter, special.value, KINDS[special.kind], motion)
+            yield Bifurcation(special.value, KINDS[special.kind], motion)
 
 
 def _equal(system: SectionSystem, first: Bifurcation, second: Bifurcation) -> bool:

@@ -115,7 +115,11 @@ def follow_branch(
     curve: Annotated[Range | None, Option("Each special point as a curve in this parameter too.")] = None,
     closed_form: Annotated[
         str | None,
-        Option("What is drawn as it is known, by the parameter; with --curve: NAME of one.", metavar="FORMULA"),
+        Option(
+            "What is drawn as it is known, by the parameter; with --curve: NAME of one.",
+            metavar="FORMULA",
+            constants="constants",
+        ),
     ] = None,
     points: Annotated[int, Option("Motions in each direction, at most.", minimum=2)] = 2000,
     of: Annotated[str | None, Option(SHOWN, default="the first state", metavar="WHAT")] = None,

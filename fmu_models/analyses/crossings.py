@@ -189,7 +189,8 @@ def crossing_diagram(
     if len(system.states) != 1 or np.isfinite(system.turns).any():
         raise StickslipError(
             f"Crossings with the diagonal are those of a map of one number that is no angle; points of {system.name} "
-            f'have {", ".join(system.states)}. Take a return map of one state, in a scene: returns = "NAME".'
+            f"have {', '.join(system.states)}. Take a return map of one state: "
+            "--level STATE=VALUE --returns STATE, or these in a scene."
         )
     (of,) = system.states
     declared = {of: tuple(system.box[0].tolist())} if isinstance(system, Iteration) else {}

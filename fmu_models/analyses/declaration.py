@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 # what the axes of an analysis may be
 VALUES, RANGE, PARAMETERS, STATE, STATES = "values", "range", "parameters", "one state", "states"
-CROSSED = ("level", "down", "impacts")  # options of sections that a motion crosses
+CROSSED = ("level", "down", "impacts", "returns", "accept", "cap")  # options of sections that a motion crosses
 WATCHED = ("autonomous", *CROSSED)  # and that nothing forces the motion, which `labels.watched` sees by itself
 SECTION, OSCILLATOR, EITHER = "section", "oscillator", "either"  # what an analysis may be of
 
@@ -49,6 +49,7 @@ class Option:
         words: of the shell for False and True.
         in_scene: the default of a scene, where it is another one.
         scene: whether a scene has it, as it has all but parameters with a range.
+        constants: whether it reads names that a scene's model has no more: the argument that takes their values.
     """
 
     help: str
@@ -59,6 +60,7 @@ class Option:
     words: tuple[str, str] | None = None
     in_scene: Any = None
     scene: bool = True
+    constants: str | None = None
 
 
 @dataclass(frozen=True)

@@ -228,14 +228,15 @@ def orbit_diagram(
             "Branches are laid over the diagram of a map, or of a strobe of what forces the motion; this is one of "
             f"{type(system).__name__}{', which nothing forces' if system.autonomous else ''}. Leave them out."
         )
-    amount = shown_of(of or system.states[0], system)
+    of = of or system.states[0]
+    amount = shown_of(of, system)
     if isinstance(system, Strobe) and system.estimated:
         named = amount.names[0] if amount else of
         system = at_maxima(system, named if named in system.states else system.states[0])
     sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
     plan = {"analysis": "diagram", **vars(sweep)}
     with Runner(system, plan, execution, progress) as runner:
-        result = _swept(runner, system, sweep, of or system.states[0])
+        result = _swept(runner, system, sweep, of)
         result = runner.finish(result if amount is None else _measured(system, result, amount))
     if branches:
         ends = (swept[0], swept[-1])

@@ -32,6 +32,7 @@ from fmu_models.base.shown import Pictured
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.iteration import Iteration
+from fmu_models.sections.periodic import find_cycles
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.subject import Subject
 from fmu_models.sections.system import SectionSystem
@@ -391,9 +392,9 @@ class _Sweep:
         """Values at which the branch of a motion folds between two; none of what does not repeat itself."""
         if not attractor.repeats or self.system.autonomous or not isinstance(self.system, Iteration | Strobe):
             return []
-        guess = np.array(attractor.seeds)
         with suppress(StickslipError):
-            met = find_bifurcations(self.system, self.over, low, high, period=len(guess), guess=guess)
+            cycles = find_cycles(self.system.at(**{self.over: low}), np.array([attractor.seeds]))
+            met = find_bifurcations(self.system, self.over, (low, high), cycles)
             return [bifurcation.value for bifurcation in met if bifurcation.kind == "saddle-node"]
         return []
 

@@ -177,17 +177,19 @@ def at_maxima(system: Strobe, state: str) -> Crossing:
     """The section where a state of what nothing forces is largest: its rate, another state or a multiple, falls to 0.
 
     Raises:
-        StickslipError: the rate of the state is no other state.
+        StickslipError: the state drifts, or its rate is no other state.
     """
-    point = system.start(None)
-    field, i = VectorField(system.fmu, system.values), system.fmu.states.index(state)
-    beside = point[: len(system.fmu.states)] + SAME * system.sizes()[: len(system.fmu.states)]
+    names = system.fmu.states
+    field, i = VectorField(system.fmu, system.values), names.index(state)
+    beside = system.start(None)[: len(names)] + SAME * np.array([system.fmu.size_of(name) for name in names])
     row, rate = field.slopes(beside, ())[i], field.at(beside)
     (others,) = np.nonzero(row)
-    if len(others) != 1 or others[0] == i or rate.rates[i] != row[others[0]] * rate.states[others[0]]:
+    drifts = state in system.fmu.cyclic
+    if drifts or len(others) != 1 or others[0] == i or rate.rates[i] != row[others[0]] * rate.states[others[0]]:
+        reason = f"'{state}' drifts" if drifts else f"the rate of '{state}' is no other state"
         raise StickslipError(
-            f"Nothing forces '{system.name}', and the rate of '{state}' is no other state, so that its maxima are no "
-            "section. Name one whose rate is (--of, of=), or a section (--level STATE=VALUE, --impacts CONTACT)."
+            f"Nothing forces '{system.name}', and {reason}, so that its maxima are no section. Name a state that comes "
+            "back and whose rate is another one (--of, of=), or a section (--level STATE=VALUE, --impacts CONTACT)."
         )
     wait = PATIENT * SPAN * float(system.periods({}, 1)[0]) / PATIENCE
     settings = {"parameters": system.values, "tolerance": system.tolerance, "wait": wait}

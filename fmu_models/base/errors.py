@@ -21,6 +21,10 @@ class WriteError(StickslipError):
     """A file that could not be written to its end, through no fault of what was asked for: a disk that is full."""
 
 
+class StickslipWarning(UserWarning):
+    """Something in what was read that was mended or left aside and that the user should know of."""
+
+
 def nearest(name: str, names: Iterable[str]) -> str:
     """Sentence with the known name closest to a misspelt one, or all of them where none is close.
 

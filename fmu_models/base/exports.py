@@ -8,8 +8,6 @@ The package's ``__init__`` says it once, in imports that only type checkers and 
         __getattr__, __dir__ = exports(__name__)
 """
 
-from __future__ import annotations
-
 import ast
 import sys
 from collections.abc import Callable

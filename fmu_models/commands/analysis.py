@@ -10,14 +10,24 @@ from typing import Annotated, Any
 
 import typer
 
-from fmu_models.analyses.declaration import ANALYSES, OSCILLATOR, PARAMETERS, RANGE, STATE, VALUES, Box, Declared
+from fmu_models.analyses.declaration import (
+    ANALYSES,
+    OSCILLATOR,
+    PARAMETERS,
+    RANGE,
+    STATE,
+    VALUES,
+    WATCHED,
+    Box,
+    Declared,
+)
 from fmu_models.base import console
 from fmu_models.base.errors import StickslipError
 from fmu_models.commands import families as f
 from fmu_models.commands.bundles import Without, bundled
 
 COUNTS = {VALUES: 1, STATE: 1, PARAMETERS: 2}
-OF_SECTION = ("forcing", "period", "every", "autonomous", "level", "down", "impacts", "stepper")
+OF_SECTION = ("forcing", "period", "every", *WATCHED, "stepper")
 
 
 def command_of(name: str) -> Callable[..., None]:

@@ -22,7 +22,7 @@ def bench(
         list[str] | None, typer.Option(metavar="WORD", help="Only methods with this word in their name; repeatable.")
     ] = None,
     page: Annotated[Path | None, typer.Option(help="Write one self-contained HTML page with diagrams.")] = None,
-    csv: Annotated[Path | None, typer.Option(help="Write every row as CSV.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write every row as CSV.")] = None,
     figure: Annotated[Path | None, typer.Option(help="Draw the diagram of one scene (svg, png, pdf).")] = None,
     overwrite: console.Overwrite = False,
     json: console.Json = False,
@@ -40,7 +40,7 @@ def bench(
     from fmu_models.validation.methods.catalogue import chosen
 
     names = scenes or DEFAULT
-    check_files(page, csv, figures=[figure], overwrite=overwrite)
+    check_files(page, output, figures=[figure], overwrite=overwrite)
     if figure and len(names) > 1:
         raise StickslipError("--figure draws one scene; give one, or --page for all of them.")
     methods = chosen(method)
@@ -55,8 +55,8 @@ def bench(
             stopped = True
         if stopped:
             break
-    if csv:
-        write_csv(comparisons, csv, overwrite=overwrite)
+    if output:
+        write_csv(comparisons, output, overwrite=overwrite)
     if page:
         write_page(comparisons, page, overwrite=overwrite)
     if figure and comparisons:

@@ -47,7 +47,8 @@ def couple(
 
     files.check()
     logs = files.logs()
-    system = read_system(path)
+    with console.warnings_said():
+        system = read_system(path)
     changes = {"stop_time": until, "solver": solver, "step": step, "tolerance": tolerance}
     system = system.changed(**{name: value for name, value in changes.items() if value is not None})
     system = system.with_inputs(console.settings(inputs, "input", columns=True))

@@ -179,7 +179,8 @@ def _pack(
                     f"'{model}' is a system: its units say their contacts and parameters, and their FMUs are as they "
                     "are. Leave --contacts, --set, --expose, --platform and the rights out."
                 )
-            system = read_system(model, fmi_version=fmi)
+            with console.warnings_said():
+                system = read_system(model, fmi_version=fmi)
         else:
             package = Fmu.open(_export_one(model, None, fmi_version=fmi, overwrite=overwrite, folder=folder, **chosen))
             name = str(package.description.modelName)

@@ -73,7 +73,15 @@ class SectionOptions:
     impacts: Annotated[str | None, typer.Option(metavar="CONTACT", help="The section is where a contact begins.")] = (
         None
     )
-
+    returns: Annotated[
+        str | None,
+        typer.Option(metavar="STATE", help="With --level: a return map of this state alone, others as at the start."),
+    ] = None
+    accept: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CONTACT=STATE", help="With --returns: its state at a crossing that counts, 0 for stick."),
+    ] = None
+    cap: Annotated[float | None, typer.Option(help="With --returns: after which time there is no return, s.")] = None
     stepper: Annotated[
         str, typer.Option(help="Of strobes: auto, the exact flow where there is one; or taylor, the series alone.")
     ] = "auto"
@@ -82,28 +90,41 @@ class SectionOptions:
         """The system that the options describe. StickslipError: options that contradict one another, or as the section
         does."""
         from fmu_models.fmu.load import load
-        from fmu_models.sections.crossing import Crossing, Impacts
+        from fmu_models.scene.kinds.kind import section_at
+        from fmu_models.scene.scene import Compute
         from fmu_models.sections.iteration import Iteration
-        from fmu_models.sections.strobe import Strobe
 
         values = console.assignments(self.settings, "parameter")
         if self.level and self.impacts and not self._is_map:
             raise StickslipError("The section is a level of a state, or where a contact begins: name one of them.")
-        if self._is_map and (self.forcing or self.period or self.level or self.impacts or self.contacts):
+        if self._is_map and (self.forcing or self.period or self.contacts or self._named):
             raise StickslipError(f"'{self.model}' is a map: every step of it is the section. Leave the section out.")
         if self._scene is not None:
             return self._of_scene(self._scene, values)
         if self._map is not None:
             return Iteration.of(self._map, values)
-        fmu = load(self.model, contacts=console.chosen(self.contacts))
+        fmu, computation = load(self.model, contacts=console.chosen(self.contacts)), Compute(**self._named)
         common: dict[str, Any] = {"forcing": self.forcing, "period": self.period, "parameters": values}
-        common["stepper"] = self.stepper
-        if self.impacts:
-            return Impacts(fmu, self.impacts, **common)
-        if self.level:
-            ((state, value),) = console.assignments([self.level], "level").items()
-            return Crossing(fmu, state, value, -1 if self.down else 1, **common)
-        return Strobe(fmu, every=self.every, autonomous=self.autonomous, **common)
+        return section_at(fmu, self._checked(computation), self.starts(), **common, stepper=self.stepper)
+
+    @property
+    def _named(self) -> dict[str, Any]:
+        """What is given of a section, by the keys of a scene."""
+        level = console.assignments([self.level], "level") if self.level else {}
+        given = {"level": level, "down": self.down, "impacts": self.impacts} if level or self.impacts else {}
+        accept = console.assignments(self.accept, "state of a contact")
+        others = {"returns": self.returns, "accept": accept, "cap": self.cap, "autonomous": self.autonomous}
+        return given | {name: value for name, value in others.items() if value}
+
+    def _checked(self, computation: Compute) -> Compute:
+        """With the periods of a step. StickslipError: a return map without a level, or its options without it."""
+        alone = (self.accept or self.cap) and not computation.returns
+        if alone or (computation.returns and (not computation.level or self.forcing or self.period)):
+            raise StickslipError(
+                "A return map needs the state that it maps and the level where the motion returns, and no period: "
+                "--level STATE=VALUE --returns STATE, then also --accept and --cap."
+            )
+        return replace(computation, periods=self.every) if self.every > 1 else computation
 
     @cached_property
     def _scene(self) -> Scene | None:
@@ -125,10 +146,7 @@ class SectionOptions:
         from fmu_models.sections.iteration import Iteration
         from fmu_models.sections.return_map import ReturnMap
 
-        computation: dict[str, Any] = {}
-        if self.level or self.impacts:
-            level = console.assignments([self.level], "level") if self.level else {}
-            computation = {"level": level, "down": self.down, "impacts": self.impacts}
+        computation = self._named
         if self.forcing in scene.fixed and self.forcing != scene.compute.forcing:
             raise StickslipError(
                 f"'{self.forcing}' is a constant of scene '{scene.name}'. Move it to [free] there for a strobe of it."
@@ -137,9 +155,7 @@ class SectionOptions:
             computation |= {"forcing": self.forcing, "period": self.period}
         if self.forcing and self.period:
             raise StickslipError(f"The period follows from '{self.forcing}'; leave out --period, or --forcing.")
-        computation |= {"periods": self.every} if self.every > 1 else {}
-        computation |= {"autonomous": True} if self.autonomous else {}
-        changed = replace(scene, compute=replace(scene.compute, **computation))
+        changed = replace(scene, compute=self._checked(replace(scene.compute, **computation)))
         fmu, run = _built_with(scene, values)
         section = section_of(changed, fmu, run["parameters"], run["inputs"])
         return section if isinstance(section, Iteration | ReturnMap) else section.stepped_by(self.stepper)

@@ -12,7 +12,6 @@ from fmu_models.base.record import record
 from fmu_models.maps import MAPS
 
 if TYPE_CHECKING:
-    from fmu_models.analyses.bifurcation import Bifurcation
     from fmu_models.sections.iteration import Iteration
     from fmu_models.sections.periodic import PeriodicMotion
 
@@ -83,15 +82,19 @@ def _motion(iteration: Iteration, motion: PeriodicMotion) -> dict[str, Any]:
 
 def _bifurcations(iteration: Iteration, vary: str, period: int) -> list[dict[str, Any]]:
     from fmu_models.analyses.bifurcation import find_bifurcations
+    from fmu_models.sections.periodic import find_periodic
 
     ((parameter, end),) = console.assignments([vary], "parameter").items()
-    bifurcations: tuple[Bifurcation, ...] = find_bifurcations(
-        iteration, parameter, iteration.values.get(parameter, 0.0), end, period=period
-    )
+    ends, cycles = (iteration.values.get(parameter, 0.0), end), [one.points for one in find_periodic(iteration, period)]
+    bifurcations = find_bifurcations(iteration, parameter, ends, cycles)
+    if not cycles:
+        raise StickslipError(
+            f"{iteration.name} has no motion of period {period} at {parameter} = {ends[0]:g} that could be followed. "
+            "Begin where it exists: 'stickslip map' shows what a map has."
+        )
     return [
-        {"parameter": bifurcation.parameter, "value": bifurcation.value, "kind": bifurcation.kind}
-        | _motion(iteration, bifurcation.motion)
-        for bifurcation in bifurcations
+        {"parameter": parameter, "value": value, "kind": kind} | _motion(iteration, motion)
+        for value, kind, motion in bifurcations
     ]
 
 

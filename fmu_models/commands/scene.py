@@ -25,7 +25,7 @@ def scene(
     explain: Annotated[
         bool, typer.Option("--explain", help="List what is left out and why, and measure what that saves.")
     ] = False,
-    csv: Annotated[Path | None, typer.Option(help="Write the results as CSV.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the results as CSV.")] = None,
     figure: Annotated[
         Path | None, typer.Option(help="Draw the phase portraits, or the families (png, svg, pdf).")
     ] = None,
@@ -48,7 +48,7 @@ def scene(
     from fmu_models.scene.read import read_scene
     from fmu_models.scene.reduce import built_scene
 
-    check_files(csv, figures=[figure], overwrite=overwrite)
+    check_files(output, figures=[figure], overwrite=overwrite)
     read = read_scene(path, constants)
     with console.progress("computing") as advance:
         fmu = Fmu.open(built_scene(read))
@@ -60,8 +60,8 @@ def scene(
 
         with console.progress("measuring") as advance:
             savings = measured(read, advance)
-    if csv:
-        scene_summary.write_csv(csv, read, rows, overwrite)
+    if output:
+        scene_summary.write_csv(output, read, rows, overwrite)
     if figure:
         from fmu_models.report.scene_figure import draw_scene
 
@@ -72,7 +72,7 @@ def scene(
         "comparisons": [record(comparison) | {"passed": comparison.passed} for comparison in comparisons],
         "passed": all(comparison.passed for comparison in comparisons),
         "explained": savings,
-        "files": [str(file) for file in (csv, figure) if file],
+        "files": [str(file) for file in (output, figure) if file],
     }
 
     def show(out: console.Console) -> None:

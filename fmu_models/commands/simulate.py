@@ -120,6 +120,7 @@ def simulate(
         logs,
         **options,
         **{"tolerance": tolerance, "method": method, "step": step, "on_zeno": on_zeno, "max_step": max_step},
+        sides=files.figure is not None,
     )
     estimate = second = None
     with console.output_of_libraries(), console.progress("simulating") as advance:

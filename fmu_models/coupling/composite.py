@@ -17,7 +17,7 @@ from fmu_models.codegen.c_structures import declarations
 from fmu_models.coupling.order import CouplingStage, Port, discrete, stages
 from fmu_models.coupling.wiring import unit_of
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer import instance, request
+from fmu_models.importer import instance, request, text_calls
 from fmu_models.importer.clocks import refuse_clocks
 
 if TYPE_CHECKING:
@@ -93,12 +93,22 @@ class Composite:
         self._wire(stages(system.fmus, system.wires))
         self._variables()
         library().coupling_fill(byref(self.calls), byref(self.c))
+        self.write_texts()
         self.calls.completes = int(any(calls.completes for calls in all_calls))
 
     def close(self) -> None:
         """Free all instances."""
         for unit_instance in self.instances:
             unit_instance.close()
+
+    def write_texts(self) -> None:
+        """Give units their texts before a run. A reset takes them away, so that all units are reset first."""
+        units = self.system.units.values()
+        if any(unit.texts for unit in units):
+            for unit, unit_instance in zip(units, self.instances, strict=True):
+                unit_instance.calls.resets = self.calls.resets
+                text_calls.write(unit_instance, unit.texts)
+            self.calls.resets = 0
 
     def renew(self) -> None:
         """Replace units that cannot be reset by fresh ones."""

@@ -92,7 +92,8 @@ class Master:
         rigid = [unit.name for unit in self.units if not unit.any_step]
         if rigid and not system.step:
             raise StickslipError(f"The unit '{rigid[0]}' takes steps of one length only. Choose a step.")
-        self.repeats = not fixed and system.rollback is not False
+        self.saves = not fixed and system.rollback is not False
+        self.repeats = self.saves and (not system.step or system.rollback is True)
         self.step, self.span = system.step, system.stop_time - system.start_time
         self.tolerance = system.tolerance or TOLERANCE
         signals = self.points.signals
@@ -148,7 +149,7 @@ class Master:
         self.history.restart(points.time, values, slopes)
         points.exchange()
         self.degree = self.history.known - 1
-        if not self.step:
+        if self.repeats or not self.step:
             self.h = self.control.first(slopes) * (1.0 if self.repeats else 0.3)
         self.output.point(points.time, self.degree, self.output.read())
 
@@ -161,8 +162,9 @@ class Master:
         time, stop = self.points.time, self.system.stop_time
         if self.step:
             count = np.floor((time - self.system.start_time) / self.step + 1e-9) + 1.0
-            end = self.system.start_time + count * self.step
-        else:
+            stop = min(stop, self.system.start_time + count * self.step)
+        end = stop
+        if self.repeats or not self.step:
             left = stop - time
             # two of equal length rather than a short last one
             end = time + (0.5 * left if self.h < left < 1.5 * self.h else self.h)
@@ -172,7 +174,7 @@ class Master:
 
     def _advance(self) -> None:
         """One accepted step, however often it is tried."""
-        if self.repeats:
+        if self.saves:
             for unit in self.units:
                 unit.save()
         start, noted, before = self.points.time, len(self.points.events), self.points.u.copy()
@@ -189,12 +191,13 @@ class Master:
                 reached, series = self._move(end)
             except MotionError as error:
                 discards += 1
-                if error.kind != "discard" or not self.repeats or self.step or discards > DISCARDS:
+                if error.kind != "discard" or not self.repeats or discards > DISCARDS:
                     raise
                 self._put_back(start, noted, before)
                 h = 0.25 * (end - start)
                 continue
-            if any(unit.pending for unit in self.units) and not self._is_void(reached, series):
+            here = reached - start <= SHORTEST * self.span
+            if any(unit.pending for unit in self.units) and (here or not self._is_void(reached, series)):
                 left = self._approach(start, reached, end, series)
                 if left:
                     self._put_back(start, noted, before)
@@ -206,7 +209,7 @@ class Master:
             row = self.output.read()
             self.watch.count(first, row)
             if switched := self.watch.switched(first, row):
-                if self.repeats and not self.step and not self._is_short(reached - start):
+                if self.repeats and not self._is_short(reached - start):
                     self._put_back(start, noted, before)
                     h = self._limit = 0.5 * (reached - start)
                     continue
@@ -219,7 +222,7 @@ class Master:
             length = reached - start
             error = float(self.control.errors(defects[self.degree : self.degree + 1], self.degree)[0])
             bent = max(self._bent(length, series), self.output.error(reached, row) / self.tolerance)
-            if max(error, bent) <= 1.0 or not self.repeats or self.step:
+            if max(error, bent) <= 1.0 or not self.repeats:
                 self.missed += max(error, bent) > 1.0
                 self.h = max(h, proposed) if self._limit < np.inf or h < proposed else h
                 self._accept(reached, row, values, defects, bent, cut=length < 0.99 * self.h, jumps=jumps)
@@ -228,9 +231,11 @@ class Master:
             last = error
             once = stubborn >= STUBBORN and self.control.happens_once(length, defects[self.degree])
             if once or length <= SHORTEST * self.span:
+                jumped = self.points.signals[int(np.argmax(np.abs(defects[self.degree]) / self.control.size))]
+                self.points.note(reached, self.points.composite.wires[jumped].source[0])
                 self.missed += not once
                 self.output.point(reached, self.degree, row)
-                self._finish(reached, first, noted)
+                self._finish(reached, first, len(self.points.events))
                 return
             self.retries += 1
             degree, factor = self.control.choose(defects, self.degree)
@@ -251,12 +256,16 @@ class Master:
         done: list[int] = []
         for i in self._order:
             unit = self.units[i]
-            stop = unit.stops and (not done or (all(self.units[k].puts_back for k in done) and self.repeats))
+            stop = unit.stops and (not done or (all(self.units[k].puts_back for k in done) and self.saves))
             reached = unit.step(end, self.points.unit_inputs(i, fed, end), stop)
             if unit.ended and unit.time < end:
                 end = unit.time
             elif reached < end:
                 end = reached
+                if reached == self.points.time:  # an event where the others stand
+                    for k in done:
+                        self.units[k].put_back()
+                    return end, np.zeros_like(series)
                 series, fed = self._expect(end)
                 for k in done:
                     self.units[k].put_back()
@@ -288,7 +297,7 @@ class Master:
     def _approach(self, start: float, event: float, end: float, series: Matrix) -> float:
         """Length of a step that ends just before an event; 0: it may be taken as it was found."""
         way = event - start
-        if not self.repeats or self.step or way <= 1e-12 * max(self.span, abs(event)):
+        if not self.repeats or way <= 1e-12 * max(self.span, abs(event)):
             return 0.0
         bend = np.abs(self.history.series(end, self.degree)[2]) if end > event else np.abs(series[2])
         # a line misses the rate by much more, on which a body that sticks depends
@@ -368,7 +377,8 @@ class Master:
         units = {name: str(variables[name].unit or "1") for name in values}
         calls = max(unit.calls for unit in self.units)
         note = f"co-simulation of {len(self.units)} units, "
-        note += "fixed step" if self.step else "steps repeated where they miss" if self.repeats else "no step repeated"
+        fixed = "fixed step" if self.step else "no step repeated"
+        note += "steps repeated where they miss" if self.repeats else fixed
         note += f", degree up to {self.reached}: {self.retries} retries, at most {calls} calls of a unit"
         if self.missed:
             note += f"; {self.missed} steps missed the tolerance"

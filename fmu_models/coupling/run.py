@@ -3,15 +3,18 @@
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.composite import Composite
 from fmu_models.coupling.cosimulation import co_simulate
 from fmu_models.coupling.system import BY_STEPS, CoupledSystem
 from fmu_models.coupling.wiring import split
-from fmu_models.importer import instance
+from fmu_models.importer import instance, request
+from fmu_models.importer.batch import Batch
 from fmu_models.importer.driver import Driver
 from fmu_models.simulation.results import Provenance, Recording
 from fmu_models.simulation.trajectory import Trajectory
@@ -44,6 +47,18 @@ class CoupledDriver(Driver):
         # it has what the driver asks of an instance: calls, states, log, message, close
         return self.composite  # pyright: ignore[reportReturnType]
 
+    def _call(self, prepared: Any) -> int:
+        if not prepared.c.begun:
+            self.composite.write_texts()
+        return super()._call(prepared)
+
+    def batch(self, *args: Any, **settings: Any) -> Batch:
+        """As of `Driver`; StickslipError: a unit has texts too."""
+        for name, unit in self.composite.system.units.items():
+            if unit.texts:
+                raise StickslipError(f"Unit '{name}' has texts ({', '.join(unit.texts)}), which many runs do not take.")
+        return super().batch(*args, **settings)
+
 
 def couple(
     system: CoupledSystem, *, output_times: ArrayLike | None = None, progress: Callable[[float], None] | None = None
@@ -59,11 +74,34 @@ def couple(
         MotionError: the run cannot be continued; says when and why.
         StickslipError: a unit lacks what the solver needs.
     """
+    if not system.units:
+        times = request.output_times(output_times, system.start_time, system.stop_time)
+        return with_connectors(system, Trajectory(times, {}, {}, (), 0, 0, "values alone, no units"))
+    if system.solver == BY_STEPS or (system.solver == "auto" and not system.exchanges_models):
+        return with_connectors(system, co_simulate(system, output_times=output_times, progress=progress))
+    return with_connectors(system, _as_one(system, output_times, progress))
+
+
+def with_connectors(system: CoupledSystem, trajectory: Trajectory) -> Trajectory:
+    """The trajectory with the connectors of the system that have a number, or a source that was recorded."""
+    values, units = dict[str, NDArray[np.float64]](), dict[str, str]()
+    for name, connector in system.connectors.items():
+        if connector.source in trajectory.values:
+            values[name] = connector.factor * trajectory.values[str(connector.source)] + connector.offset
+        elif isinstance(connector.value, float):
+            values[name] = np.full(trajectory.time.size, connector.value)
+        if name in values:
+            units[name] = connector.unit or "1"
+    if not values:
+        return trajectory
+    return replace(trajectory, values={**trajectory.values, **values}, units={**trajectory.units, **units})
+
+
+def _as_one(
+    system: CoupledSystem, output_times: ArrayLike | None, progress: Callable[[float], None] | None
+) -> Trajectory:
+    """All units integrated as one."""
     solver = system.solver
-    if solver == "auto" and not system.exchanges_models:
-        solver = BY_STEPS
-    if solver == BY_STEPS:
-        return co_simulate(system, output_times=output_times, progress=progress)
     if system.step is not None or system.rollback is not None:
         raise StickslipError(
             f"A communication step and 'rollback' belong to '{BY_STEPS}'; '{system.solver}' integrates all units as "
@@ -98,7 +136,7 @@ def recorded(
     """``couple``, with a description per variable and where all comes from."""
     trajectory = couple(system, output_times=output_times, progress=progress)
     descriptions: dict[str, str] = {}
-    for name in trajectory.values:
+    for name in trajectory.values.keys() - system.connectors.keys():
         unit, variable = split(system.fmus, name, system.name)
         text = system.units[unit].fmu.variables[variable].description
         descriptions |= {name: str(text)} if text else {}

@@ -1,240 +1,301 @@
-"""A system from SSP 1.0: a System Structure Description (.ssd), alone beside its FMUs or packed with them (.ssp).
+"""A system from SSP 1.0 or 2.0: a System Structure Description, by itself (.ssd) or packed with its FMUs (.ssp).
 
-Read are the components of the top system, its connections with their linear transformations, and parameter bindings of
-components and of the system, inline or in .ssv files, with their mappings, inline or in .ssm files.
+One pass over the description makes it flat: components by dotted names, for each connector what feeds it, and the
+values that sets of parameters give, those of a system after those of what is in it, since they go before. What feeds a
+component is then followed back through connectors of systems and signal dictionaries to a component or to a value.
 """
 
-import math
-from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
-from urllib.parse import unquote
-from xml.etree import ElementTree
+import warnings
+import weakref
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import Element
 
-from fmu_models.base.errors import StickslipError
-from fmu_models.base.temporary import temporary_folder
-from fmu_models.coupling.system import CoupledSystem, Unit
-from fmu_models.coupling.wiring import Connection, conversion, unit_of
+from fmu_models.base.errors import StickslipError, StickslipWarning, nearest
+from fmu_models.base.temporary import claim_folder, release_folder
+from fmu_models.coupling import ssp_documents as documents
+from fmu_models.coupling.ssp_documents import Transformation, Value
+from fmu_models.coupling.system import Connector, CoupledSystem, Origin, Unit
+from fmu_models.coupling.wiring import Connection, unit_of
 from fmu_models.fmu import archive
 from fmu_models.fmu.fmu import Fmu
 
 DESCRIPTION = "SystemStructure.ssd"
-MAX_XML = 32 << 20
-BASE = "http://ssp-standard.org/SSP1/SystemStructure"
-NAMESPACES = {
-    "ssd": f"{BASE}Description",
-    "ssc": f"{BASE}Common",
-    "ssv": f"{BASE}ParameterValues",
-    "ssm": f"{BASE}ParameterMapping",
-}
 FMU = ("", "application/x-fmu-sharedlibrary")
-NUMBERS = ("Real", "Integer", "Boolean", "Enumeration")
+GIVES = {"output": True, "calculatedParameter": True, "input": False, "parameter": False}
 
-
-@dataclass(frozen=True)
-class _Value:
-    """A number of a parameter set, for a variable of a component."""
-
-    where: str
-    name: str
-    value: float
-    unit: str | None
+Node = tuple[str, str]  # dotted path of an element, "" for the system itself, and a connector of it
 
 
 def read(path: Path) -> CoupledSystem:
-    """The system in ``path``. StickslipError: an unsafe archive, not SSP, a part that is missing or not supported, a
-    system that does not fit together."""
+    """The system in ``path``; warns of values that nothing takes. StickslipError: an unsafe archive, not SSP, a part
+    that is missing or not supported, a system that does not fit together."""
     if path.suffix.lower() == ".ssd":
-        return _system(path, path.parent, path)
-    with temporary_folder("ssp") as folder:
+        return _Reader(path, path).flat()
+    folder = claim_folder("ssp")
+    try:
         archive.unpack(path, folder)
         if not (folder / DESCRIPTION).is_file():
             raise StickslipError(f"'{path}' is not an SSP: it holds no {DESCRIPTION}.")
-        system = _system(path, folder, folder / DESCRIPTION)
+        system = _Reader(path, folder / DESCRIPTION).flat()
         for unit in system.units.values():
             # the hash is taken while the file is there
             _ = unit.fmu.sha256
-        return system
+    except BaseException:
+        release_folder(folder)
+        raise
+    weakref.finalize(system.origin, release_folder, folder)
+    return system
 
 
-def read_parameter_set(path: Path) -> list[tuple[str, float, str | None]]:
-    """Names, values and units of an .ssv file. StickslipError: it cannot be read, or holds something else."""
-    root = _parsed(path, f"'{path}'")
-    if not root.tag.endswith("}ParameterSet"):
-        raise StickslipError(f"'{path}' is no parameter set (.ssv). 'stickslip apply FIT -o FILE.ssv' writes one.")
-    return [(value.name, value.value, value.unit) for value in _values(root, f"'{path}'", "")]
+class _Reader:
+    """What one pass over a description finds.
 
+    Attributes:
+        paths: of elements; of a reference to a signal dictionary that of the dictionary.
+        connectors: of systems, dictionaries and components, as they are declared.
+        feeds: per connector what feeds it, and what happens to the value on this way.
+        values: given by sets of parameters.
+    """
 
-def converted(value: float, unit: str | None, own: str | None, what: str) -> float:
-    """A value that is given in a unit, in that of its variable. StickslipError: units that do not fit; begins with
-    ``what``."""
-    if not unit or not own or unit == own:
-        return value
-    try:
-        factor, offset = conversion(unit, own)
-    except ValueError as error:
-        raise StickslipError(f"{what} is given in {unit}, but is in {own}: {error}") from None
-    return factor * value + offset
+    def __init__(self, path: Path, file: Path) -> None:
+        self.path, self.file = path, file
+        self.fmus: dict[str, Fmu] = {}
+        self.paths: dict[str, str] = {}
+        self.connectors: dict[Node, Connector] = {}
+        self.feeds: dict[Node, tuple[Node, Transformation]] = {}
+        self.values: dict[Node, Value] = {}
+        self.root = documents.parsed(file, f"'{path}'", "SystemStructureDescription")
+        top = self.root.find("System")
+        if top is None:
+            raise StickslipError(f"'{path}' is no System Structure Description: it has no System.")
+        self.name = top.get("name") or path.stem
+        self.units = dict(documents.units(self.root, f"'{path}'"))
+        self.element(top, "", {})
 
+    def element(self, element: Element, at: str, dictionaries: Mapping[str, str]) -> None:
+        """Note what is in an element, its values last. dictionaries: those around it, name to path."""
+        where = f"'{self.path}': {element.tag.lower()} '{at or self.name}'"
+        for connector in element.iterfind("Connectors/Connector"):
+            self.connectors[at, connector.get("name", "")] = _connector(connector)
+        if element.tag == "Component" and (source := element.get("source")) is not None:
+            if element.get("type", "") not in FMU:
+                raise StickslipError(f"{where} is of type {element.get('type')}; FMUs are read.")
+            file = documents.inside(self.file.parent, source, where)
+            try:
+                self.fmus[at] = Fmu.open(file)
+            except StickslipError as error:
+                raise StickslipError(f"{where}: {error}") from error
+        dictionaries = {**dictionaries, **self.dictionaries(element, at, where)}
+        for child in element.iterfind("Elements/*"):
+            name = child.get("name", "")
+            path = f"{at}.{name}" if at else name
+            if path in self.paths:
+                raise StickslipError(f"{where}: '{name}' is there twice; which one is meant cannot be told.")
+            self.paths[path] = path
+            if child.tag == "SignalDictionaryReference":
+                dictionary = child.get("dictionary", "")
+                if dictionary not in dictionaries:
+                    hint = nearest(dictionary, dictionaries)
+                    raise StickslipError(f"{where}: '{name}' refers to no signal dictionary '{dictionary}'.{hint}")
+                self.paths[path] = dictionaries[dictionary]
+            self.element(child, path, dictionaries)
+        for connection in element.iterfind("Connections/Connection"):
+            self.connect(connection, at, where)
+        for binding in element.iterfind("ParameterBindings/ParameterBinding"):
+            self.bind(binding, at, where)
 
-class _NoDoctype(ElementTree.TreeBuilder):
-    def doctype(self, *_: object) -> None:
-        # with it come entities: files of this machine read in, and a few bytes that grow to gigabytes
-        raise StickslipError("it has a document type (DOCTYPE), which is not read")
+    def dictionaries(self, element: Element, at: str, where: str) -> dict[str, str]:
+        """The signal dictionaries of a system: name to the path under which their signals go."""
+        paths: dict[str, str] = {}
+        for holder in element.iterfind("SignalDictionaries/SignalDictionary"):
+            name = holder.get("name", "")
+            dictionary = documents.document(holder, "SignalDictionary", self.file.parent, where)
+            if dictionary is None:
+                raise StickslipError(f"{where}: the signal dictionary '{name}' is neither here nor in a file.")
+            self.units |= documents.units(dictionary, where)
+            paths[name] = f"{at}#{name}"
+            for entry in dictionary.iterfind("DictionaryEntry"):
+                self.connectors[paths[name], entry.get("name", "")] = _connector(entry)
+        return paths
 
-
-def _parsed(file: Path, where: str) -> Element:
-    try:
-        if file.stat().st_size > MAX_XML:
-            raise StickslipError(f"it has more than {MAX_XML >> 20} MB")
-        return ElementTree.parse(file, ElementTree.XMLParser(target=_NoDoctype())).getroot()
-    except (OSError, ElementTree.ParseError, ValueError, LookupError, StickslipError) as error:
-        raise StickslipError(f"{where} cannot be read: {error}.") from error
-
-
-def _system(path: Path, folder: Path, description: Path) -> CoupledSystem:
-    root = _parsed(description, f"'{path}'")
-    top = root.find("ssd:System", NAMESPACES)
-    if not root.tag.endswith("}SystemStructureDescription") or top is None:
-        raise StickslipError(f"'{path}' is not a System Structure Description of SSP 1.0: it has no System.")
-    if top.find("ssd:Elements/ssd:System", NAMESPACES) is not None:
-        raise StickslipError(
-            f"'{path}' has systems within the system. Flatten it: components of the top system are read."
-        )
-    fmus: dict[str, Fmu] = {}
-    bindings: dict[str, list[_Value]] = {}
-    for component in top.iterfind("ssd:Elements/ssd:Component", NAMESPACES):
-        name = component.get("name", "")
-        where = f"'{path}': component '{name}'"
-        if name in fmus:
-            raise StickslipError(f"{where} is there twice; which one is meant cannot be told.")
-        if component.get("type", "") not in FMU:
-            raise StickslipError(f"{where} is of type {component.get('type')}; FMUs are read.")
-        file = _inside(folder, component.get("source", ""), where)
-        try:
-            fmus[name] = Fmu.open(file)
-        except StickslipError as error:
-            raise StickslipError(f"{where}: {error}") from error
-        bindings[name] = list(_bound(component, folder, where))
-    for value in _bound(top, folder, f"'{path}': system '{top.get('name')}'"):
-        unit = max((u for u in fmus if value.name.startswith(f"{u}.")), key=len, default=None)
-        if unit is None:
-            raise StickslipError(f"{value.where}: '{value.name}' names no parameter of a component.")
-        # what the system says goes before what its components say
-        bindings[unit].append(_Value(value.where, value.name[len(unit) + 1 :], value.value, value.unit))
-    units = {name: _unit(name, fmu, bindings[name]) for name, fmu in fmus.items()}
-    connections, outputs = _connections(top, f"'{path}'")
-    experiment = root.find("ssd:DefaultExperiment", NAMESPACES)
-    attributes = dict(experiment.attrib) if experiment is not None else {}
-    start = _number(attributes.get("startTime", "0"), f"'{path}': startTime")
-    stop = _number(attributes.get("stopTime", str(start + 20.0)), f"'{path}': stopTime")
-    name = top.get("name") or path.stem
-    return CoupledSystem(name, units, tuple(connections), start_time=start, stop_time=stop, outputs=tuple(outputs))
-
-
-def _inside(folder: Path, source: str, where: str) -> Path:
-    inside = PurePosixPath(unquote(source).removeprefix("./"))
-    if not source or inside.is_absolute() or ".." in inside.parts or "\\" in source or ":" in source:
-        raise StickslipError(f"{where} refers to '{source}', which is no file beside the description.")
-    return folder / inside
-
-
-def _number(text: str | None, where: str) -> float:
-    try:
-        value = {"true": 1.0, "false": 0.0}.get(str(text)) if str(text) in ("true", "false") else float(str(text))
-    except ValueError:
-        value = math.nan
-    if value is None or not math.isfinite(value):
-        raise StickslipError(f"{where} is '{text}', not a finite number.")
-    return value
-
-
-def _connections(top: Element, where: str) -> tuple[list[Connection], list[str]]:
-    """Connections between components, and the outputs that the system shows to the outside."""
-    connections, outputs = [], []
-    for element in top.iterfind("ssd:Connections/ssd:Connection", NAMESPACES):
-        ends = [(element.get(f"{end}Element"), element.get(f"{end}Connector", "")) for end in ("start", "end")]
-        names = [f"{element}.{connector}" for element, connector in ends]
-        transformations = [child.tag for child in element if child.tag.endswith("MappingTransformation")]
-        if transformations:
-            raise StickslipError(f"{where}: the connection {names[0]} -> {names[1]} maps values; linear ones are read.")
-        if ends[0][0] is None:
-            continue  # an input of the whole system, which nothing feeds
-        if ends[1][0] is None:
-            outputs.append(names[0])
-            continue
-        linear = _linear(element, f"{where}: the transformation of {names[0]} -> {names[1]}")
-        connections.append(Connection(names[0], names[1], *(linear or ())))
-    return connections, outputs
-
-
-def _linear(element: Element, about: str) -> tuple[float, float] | None:
-    """Factor and offset of the linear transformation in an element, if there is one."""
-    linear = element.find("ssc:LinearTransformation", NAMESPACES)
-    if linear is None:
-        return None
-    return _number(linear.get("factor", "1"), about), _number(linear.get("offset", "0"), about)
-
-
-def _bound(element: Element, folder: Path, where: str) -> Iterator[_Value]:
-    """The values bound to a component or to the system."""
-    component = element.tag.endswith("}Component")
-    for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NAMESPACES):
-        # a component's own files may be named from its FMU on
-        if binding.get("sourceBase", "SSD") != "SSD":
+    def connect(self, element: Element, at: str, where: str) -> None:
+        """Note what a connection feeds; which end gives is said by the kinds of the connectors."""
+        ends: list[Node] = []
+        gives: list[bool | None] = []
+        for side in ("start", "end"):
+            child, name = element.get(f"{side}Element") or "", element.get(f"{side}Connector", "")
+            path = ".".join(filter(None, (at, child)))
+            if child and path not in self.paths:
+                known = [p.removeprefix(f"{at}.") for p in self.paths if p.startswith(at)]
+                raise StickslipError(f"{where}: a connection names no element '{child}' there.{nearest(child, known)}")
+            if not child:
+                self.connectors.setdefault((at, name), Connector("input" if side == "start" else "output"))
+            variable = self.fmus[path].variables.get(name) if path in self.fmus else None
+            declared = self.connectors.get((path, name))
+            kind = GIVES.get(declared.kind if declared else str(variable.causality) if variable else "")
+            # seen from within, an input of the system gives
+            gives.append(kind if child or kind is None else not kind)
+            ends.append((self.paths.get(path, path), name))
+        start, end = ends[::-1] if gives in ([False, True], [False, None], [None, True]) else ends
+        if end in self.feeds:
             raise StickslipError(
-                f"{where}: its parameters lie in its FMU (sourceBase); put the .ssv file beside the .ssd."
+                f"{where}: '{_name(end)}' is fed by '{_name(self.feeds[end][0])}' already, and again by "
+                f"'{_name(start)}'. An input has one source; leave one of the two out."
             )
-        values = _document(binding, "ParameterValues", "ssv:ParameterSet", folder, where)
-        if values is None:
+        about = f"{where}: the transformation of {_name(start)} -> {_name(end)}"
+        self.feeds[end] = start, documents.transformation(element, about)
+
+    def bind(self, binding: Element, at: str, where: str) -> None:
+        """Note the values of a set of parameters, which go before those noted until now."""
+        holder = binding.find("ParameterMapping")
+        # a component's files may be named from its FMU on
+        own = self.fmus[at].folder if at in self.fmus else self.file.parent
+        base, base2 = (own if e is not None and e.get("sourceBase") == "component" else self.file.parent
+                       for e in (binding, holder))  # fmt: skip
+        parameters = documents.document(binding, "ParameterSet", base, where)
+        if parameters is None:
             raise StickslipError(f"{where} has a parameter binding without values.")
-        mapping = _document(binding, "ParameterMapping", "ssm:ParameterMapping", folder, where)
-        prefix = binding.get("prefix", "")
-        for value in _values(values, where, prefix):
-            yield from _mapped(value, mapping, where, strict=component)
+        mapping = documents.document(holder, "ParameterMapping", base2, where)
+        self.units |= documents.units(parameters, where)
+        unknown: list[str] = []
+        for value in documents.values(parameters, where, binding.get("prefix", ""), self.root):
+            for target in documents.mapped(value, mapping, where):
+                node = self.target(at, target.name)
+                if node is not None:
+                    self.values[node] = target
+                elif mapping is None or target.steps:
+                    unknown.append(f"'{target.name}'")
+        if unknown:
+            _warn(f"{where} has nothing called {', '.join(unknown)}; what its parameters say of it is ignored.")
+
+    def target(self, at: str, name: str) -> Node | None:
+        """What a name means in an element; names of elements and of variables may have dots themselves."""
+        full = f"{at}.{name}" if at else name
+        paths = sorted((path for path in self.paths if full.startswith(f"{path}.")), key=len, reverse=True)
+        for node in ((at, name), *((path, full[len(path) + 1 :]) for path in paths)):
+            fmu = self.fmus.get(node[0])
+            if node in self.connectors if fmu is None else node[1] in fmu.variables:
+                return node
+        return None
+
+    def way(self, node: Node) -> list[Node]:
+        """From what feeds a connector in the end, a variable or a value, to the connector; empty: nothing does."""
+        nodes = [node]
+        while nodes[0] in self.feeds and (len(nodes) == 1 or nodes[0][0] not in self.fmus):
+            start = self.feeds[nodes[0]][0]
+            if start in nodes:
+                raise StickslipError(
+                    f"'{self.path}': connections go round from '{_name(start)}' to itself. Break them."
+                )
+            nodes.insert(0, start)
+        while nodes and nodes[0] not in self.values and not self.begins_with_variable(nodes):
+            nodes.pop(0)
+        return nodes
+
+    def begins_with_variable(self, nodes: Sequence[Node]) -> bool:
+        return len(nodes) > 1 and nodes[0][0] in self.fmus
+
+    def own_unit(self, node: Node) -> str | None:
+        """Unit of an FMU's variable; of another connector the one that it states."""
+        fmu = self.fmus.get(node[0])
+        if fmu is None:
+            return self.connectors[node].unit if node in self.connectors else None
+        return unit_of(fmu, fmu.variables[node[1]]) if node[1] in fmu.variables else None
+
+    def end(self, nodes: Sequence[Node]) -> tuple[Connector, bool]:
+        """What the end of a way shows, and whether units alone decide about it."""
+        declared = self.connectors.get(nodes[-1], Connector("inout"))
+        stated = [self.connectors[n].unit if n in self.connectors else None for n in nodes]
+        own = self.own_unit(nodes[0])
+        if self.begins_with_variable(nodes):
+            value, unit, what = None, own, f"'{self.path}': {_name(nodes[0])} -> {_name(nodes[-1])}"
+            hops = [(Transformation(what), stated[0])]
+        else:
+            value = self.values[nodes[0]]
+            unit, what = value.unit, f"{value.where}: '{value.name}'"
+            hops = [(step, stated[0] or own) for step in value.steps or (Transformation(what),)]
+        hops += [(self.feeds[n][1], unit or self.own_unit(n)) for n, unit in zip(nodes[1:], stated[1:], strict=True)]
+        hops.append((Transformation(what), self.own_unit(nodes[-1])))
+        steps: list[Transformation] = []
+        for step, own in hops:
+            if not step.suppress and own:
+                steps.append(Transformation(what, linear=documents.unit_line(unit, own, what, self.units)))
+            steps += [step] if step.changes else []
+            unit = own or (None if step.changes or step.suppress else unit)
+        if value is not None:
+            return replace(declared, unit=unit, value=documents.transformed(value, steps)), False
+        factor, offset = 1.0, 0.0
+        for a, b in (step.as_line for step in steps):
+            factor, offset = a * factor, a * offset + b
+        plain = not any(step.changes or step.suppress for step, _ in hops) and all(
+            stated in (None, self.own_unit(n)) for stated, n in ((stated[0], nodes[0]), (stated[-1], nodes[-1]))
+        )
+        return replace(declared, unit=unit, source=_name(nodes[0]), factor=factor, offset=offset), plain
+
+    def flat(self) -> CoupledSystem:
+        """The system as units, connections, values and connectors."""
+        connections: list[Connection] = []
+        values: dict[str, dict[str, Value]] = {path: {} for path in self.fmus}
+        connectors: dict[str, Connector] = {}
+        for node in dict.fromkeys((*self.feeds, *self.values, *self.connectors)):
+            nodes, name, inner = self.way(node), _name(node), node[0] in self.fmus
+            if node in self.values and nodes[0] != node:
+                where, source = self.values[node].where, _name(nodes[0])
+                _warn(f"{where}: '{name}' is given a value, but is fed by '{source}'; the value is not used.")
+            end, plain = self.end(nodes) if nodes else (self.connectors.get(node, Connector("inout")), False)
+            if not inner and "#" not in node[0] and self.paths.get(node[0], node[0]) == node[0]:
+                connectors[name] = end
+            elif inner and end.source:
+                connections.append(Connection(end.source, name, *(() if plain else (end.factor, end.offset))))
+            elif inner and end.value is not None:
+                values[node[0]][node[1]] = replace(self.values[nodes[0]], value=end.value)
+        units = {path: _unit(fmu, values[path]) for path, fmu in self.fmus.items()}
+        shown = (connectors[name] for at, name in self.connectors if not at)
+        outputs = dict.fromkeys(c.source for c in shown if c.kind == "output" and c.source)
+        experiment = self.root.find("DefaultExperiment")
+        attributes = dict(experiment.attrib) if experiment is not None else {}
+        start = documents.number(attributes.get("startTime", "0"), f"'{self.path}': startTime")
+        stop = documents.number(attributes.get("stopTime", str(start + 20.0)), f"'{self.path}': stopTime")
+        origin = Origin(self.file, self.path != self.file, units, tuple(connections))
+        settings: dict[str, Any] = {"start_time": start, "stop_time": stop, "outputs": tuple(outputs)}
+        return CoupledSystem(
+            self.name, units, origin.connections, connectors=connectors, origin=origin, **settings
+        )  # fmt: skip
 
 
-def _document(binding: Element, tag: str, inner: str, folder: Path, where: str) -> Element | None:
-    """The set or mapping of a binding: inline, or in the file it names."""
-    holder = binding.find(f"ssd:{tag}", NAMESPACES)
-    inline = holder.find(inner, NAMESPACES) if holder is not None else None
-    if inline is not None:
-        return inline
-    source = binding.get("source") if tag == "ParameterValues" else holder.get("source") if holder is not None else None
-    return _parsed(_inside(folder, source, where), f"{where}: '{source}'") if source else None
-
-
-def _values(element: Element, where: str, prefix: str) -> Iterator[_Value]:
-    for parameter in element.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
-        name = prefix + parameter.get("name", "")
-        typed = next((t for kind in NUMBERS if (t := parameter.find(f"ssv:{kind}", NAMESPACES)) is not None), None)
-        if typed is None:
-            raise StickslipError(f"{where}: the parameter '{name}' is no number.")
-        yield _Value(where, name, _number(typed.get("value"), f"{where}: the parameter '{name}'"), typed.get("unit"))
-
-
-def _mapped(value: _Value, mapping: Element | None, where: str, *, strict: bool) -> Iterator[_Value]:
-    entries = mapping.iterfind("ssm:MappingEntry", NAMESPACES) if mapping is not None else ()
-    mappings = [entry for entry in entries if entry.get("source") == value.name]
-    if not mappings:
-        # a mapping leaves out what the component does not take
-        if mapping is None or not strict:
-            yield value
-        return
-    for entry in mappings:
-        linear = _linear(entry, f"{where}: the mapping of '{value.name}'")
-        factor, offset = linear or (1.0, 0.0)
-        yield _Value(where, entry.get("target", ""), factor * value.value + offset, None if linear else value.unit)
-
-
-def _unit(name: str, fmu: Fmu, values: list[_Value]) -> Unit:
-    """The values where they belong: parameters, inputs, other start values."""
-    settings: dict[str, dict[str, float]] = {"parameter": {}, "input": {}, "start": {}}
-    for value in values:
-        variable = fmu.variables.get(value.name)
-        unit = unit_of(fmu, variable) if variable is not None else None
-        number = converted(value.value, value.unit, unit, f"{value.where}: '{value.name}'")
+def _unit(fmu: Fmu, values: Mapping[str, Value]) -> Unit:
+    """The values where they belong: parameters, inputs, texts, other start values."""
+    settings: dict[str, dict[str, Any]] = {"parameter": {}, "input": {}, "start": {}, "text": {}}
+    for name, value in values.items():
+        variable, number = fmu.variables.get(name), value.value
         causality = str(variable.causality) if variable is not None else "parameter"
-        settings[causality if causality in ("parameter", "input") else "start"][value.name] = number
-    return Unit(fmu, settings["parameter"], settings["start"], settings["input"])
+        kind = causality if causality in settings else "start"
+        if variable is not None and isinstance(number, str):
+            own = getattr(variable.declaredType, "items", None) or ()
+            items = {str(item.name): int(item.value) for item in own} or value.items
+            if str(variable.type) in ("String", "Binary"):
+                kind = "text"
+            elif number in items:
+                number = float(items[number])
+            else:
+                hint = nearest(number, items) or f" It is of type {variable.type}: give it a number."
+                raise StickslipError(f"{value.where}: '{value.name}' is '{number}', which '{name}' cannot be.{hint}")
+        settings[kind][name] = number
+    return Unit(fmu, settings["parameter"], settings["start"], settings["input"], settings["text"])
+
+
+def _connector(element: Element) -> Connector:
+    typed = documents.type_of(element)
+    kind = element.get("kind", "inout")
+    return Connector(kind, typed.tag, typed.get("unit")) if typed is not None else Connector(kind)
+
+
+def _name(node: Node) -> str:
+    return ".".join(filter(None, node))
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, StickslipWarning, stacklevel=4)

@@ -1,11 +1,14 @@
 """A coupled system as an SSP 1.0 (.ssp): its FMUs, what connects them, and parameter sets (.ssv) bound to them.
 
+A system that was read from SSP and runs as it was read is written as it was, with its nested systems, geometry and
+annotations; what is new is bound to its top system, whose values go before all others.
+
 Source: Modelica Association, System Structure and Parameterization 1.0 (2019), sections 5 (.ssd) and 6 (.ssv).
 """
 
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -13,12 +16,18 @@ from xml.etree.ElementTree import Element, SubElement
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import write_whole
 from fmu_models.base.version import version
-from fmu_models.coupling import ssp
-from fmu_models.coupling.ssp import DESCRIPTION, FMU, NAMESPACES
+from fmu_models.coupling import ssp_documents as documents
+from fmu_models.coupling.ssp import DESCRIPTION, FMU
+from fmu_models.coupling.ssp_documents import REALS, WHOLE
 from fmu_models.coupling.system import CoupledSystem, Unit
+from fmu_models.coupling.wiring import split
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.start_values import check_parameter
 
+NAMESPACES = {
+    prefix: f"http://ssp-standard.org/SSP1/SystemStructure{name}"
+    for prefix, name in {"ssd": "Description", "ssc": "Common", "ssv": "ParameterValues"}.items()
+}
 DEFAULTS, FITTED = "default", "fitted"
 
 
@@ -27,24 +36,30 @@ class ParameterEntry:
     """A value of a parameter set, for a variable of a component, in ``unit``."""
 
     name: str
-    value: float
+    value: float | str
     unit: str
     description: str
+    type: str = "Real"
 
 
 def defaults(unit: Unit, without: Iterable[str] = ()) -> list[ParameterEntry]:
     """The parameters of a unit with the values it runs with, and the start values and inputs that it is given."""
-    values = {name: float(str(unit.fmu.variables[name].start)) for name in unit.fmu.parameters}
-    values |= {**unit.parameters, **unit.start, **unit.inputs}
+    values: dict[str, float | str] = {}
+    for name in unit.fmu.parameters:
+        start = unit.fmu.variables[name].start
+        # a number of an array, text and what the FMU computes have none
+        if start is not None and unit.fmu.variables[name].type != "String" and len(str(start).split()) == 1:
+            values[name] = documents.number(str(start), f"the start value of '{name}'")
+    values |= {**unit.parameters, **unit.start, **unit.inputs, **unit.texts}
     for name, value in unit.inputs.items():
         if not isinstance(value, (float, int)):
             raise StickslipError(f"The input '{name}' changes with time, and a parameter set holds constants only.")
     left_out = set(without)
-    return [
-        ParameterEntry(name, value, _unit(unit.fmu, name), unit.fmu.variables[name].description or name)
-        for name, value in values.items()
-        if name not in left_out
-    ]
+    return [_entry(unit.fmu, name, value) for name, value in values.items() if name not in left_out]
+
+
+def _entry(fmu: Fmu, name: str, value: float | str) -> ParameterEntry:
+    return ParameterEntry(name, value, _unit(fmu, name), fmu.variables[name].description or name, _type(fmu, name))
 
 
 def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[str, dict[str, list[ParameterEntry]]]:
@@ -56,13 +71,12 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
         StickslipError: the file cannot be read, or a name or unit in it is no unit's.
     """
     fitted_entries: dict[str, list[ParameterEntry]] = {name: [] for name in system.units}
-    for full, value, unit in ssp.read_parameter_set(fitted) if fitted is not None else ():
+    for full, value, unit in documents.read_parameter_set(fitted) if fitted is not None else ():
         owner, name = _owner(system, full, str(fitted))
-        variable = system.units[owner].fmu.variables[name]
-        own_unit = _unit(system.units[owner].fmu, name)
-        value = ssp.converted(value, unit, own_unit, f"'{fitted}': '{full}'")
-        check_parameter(system.units[owner].fmu, name, value)
-        fitted_entries[owner].append(ParameterEntry(name, value, own_unit, variable.description or name))
+        fmu = system.units[owner].fmu
+        factor, offset = documents.unit_line(unit, _unit(fmu, name), f"'{fitted}': '{full}'", {})
+        check_parameter(fmu, name, factor * value + offset)
+        fitted_entries[owner].append(_entry(fmu, name, factor * value + offset))
     sets = {}
     for name, unit in system.units.items():
         sets[name] = {DEFAULTS: defaults(unit, [entry.name for entry in fitted_entries[name]])}
@@ -72,27 +86,32 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
 
 
 def _owner(system: CoupledSystem, name: str, where: str) -> tuple[str, str]:
-    unit, _, variable = name.partition(".")
-    if unit in system.units and variable in system.units[unit].fmu.parameters:
-        return unit, variable
-    owners = [unit_name for unit_name, it in system.units.items() if name in it.fmu.parameters]
+    owners = [(u, name) for u, unit in system.units.items() if name in unit.fmu.parameters]
+    whole = [(u, name[len(u) + 1 :]) for u in system.units if name.startswith(f"{u}.")]
+    owners = [(u, rest) for u, rest in whole if rest in system.units[u].fmu.parameters] or owners
     if len(owners) != 1:
         parameters = [p for it in system.units.values() for p in it.fmu.parameters]
-        reason = f"several units have one: {', '.join(owners)}. Name it UNIT.{name}" if owners else "no unit has one"
+        having = ", ".join(unit for unit, _ in owners)
+        reason = f"several units have one: {having}. Name it UNIT.{name}" if owners else "no unit has one"
         raise StickslipError(
             f"'{where}' has a value for '{name}': {reason}.{'' if owners else nearest(name, parameters)}"
         )
-    return owners[0], name
+    return owners[0]
 
 
-def parameter_set(name: str, entries: Sequence[ParameterEntry], fmu: Fmu) -> bytes:
-    """The .ssv document, with units defined by base units."""
+def parameter_set(name: str, entries: Sequence[ParameterEntry], *fmus: Fmu) -> bytes:
+    """The .ssv document, with units defined by base units, as the FMUs state them."""
     root = _root("ssv:ParameterSet", version="1.0", name=name, generationTool=f"stickslip {version()}")
     parameters = SubElement(root, _tag("ssv:Parameters"))
     for entry in entries:
         parameter = SubElement(parameters, _tag("ssv:Parameter"), name=entry.name, description=entry.description)
-        SubElement(parameter, _tag("ssv:Real"), value=repr(float(entry.value)), unit=entry.unit)
-    _add_units(root, "ssv:Units", [fmu], dict.fromkeys(entry.unit for entry in entries))
+        text = entry.value if isinstance(entry.value, str) else repr(float(entry.value))
+        if entry.type != "Real":
+            number = text if isinstance(entry.value, str) else str(int(entry.value))
+            text = {"0": "false", "1": "true"}.get(number, number) if entry.type == "Boolean" else number
+        attributes = {"value": text} | ({"unit": entry.unit} if entry.type == "Real" else {})
+        SubElement(parameter, _tag(f"ssv:{entry.type}"), attributes)
+    _add_units(root, "ssv:Units", fmus, dict.fromkeys(entry.unit for entry in entries if entry.type == "Real"))
     return _bytes(root)
 
 
@@ -110,9 +129,56 @@ def write(
     *,
     overwrite: bool = False,
 ) -> Path:
-    """Pack a system. sets: per unit its parameter sets by name, bound to it in this order. StickslipError: another
-    suffix, or ``path`` exists and ``overwrite`` is false, or cannot be written."""
+    """Pack a system. sets: per unit its parameter sets by name, bound to it in this order; of one that is written as it
+    was, those but DEFAULTS. StickslipError: another suffix, or ``path`` exists and ``overwrite`` is false, or cannot be
+    written."""
     check_path(path)
+    contents = _kept(system, sets) or _flat(system, sets)
+    with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        for name, content in contents.items():
+            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o100644 << 16
+            archive.writestr(entry, content)
+    return path
+
+
+def _kept(system: CoupledSystem, sets: Mapping[str, Mapping[str, Sequence[ParameterEntry]]]) -> dict[str, bytes] | None:
+    """The files of what a system was read from, with its times and further values; None if it is another one now."""
+    origin = system.origin
+    if origin is None or (system.units, system.connections) != (origin.units, origin.connections):
+        return None
+    folder, root = origin.description.parent, documents.original(origin.description)
+    named = (folder / element.get("source", "") for element in root.iter() if element.get("source"))
+    files = [path for path in (folder.rglob("*") if origin.packed else named) if path.is_file()]
+    contents = {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+    contents.pop(origin.description.name, None)
+    entries = [
+        replace(entry, name=f"{unit}.{entry.name}")
+        for unit, kinds in sets.items() for kind, values in kinds.items() if kind != DEFAULTS for entry in values
+    ]  # fmt: skip
+    if entries:
+        file = next(name for i in range(len(contents) + 1) if (name := f"{FITTED}{i or ''}.ssv") not in contents)
+        contents[file] = parameter_set(FITTED, entries, *system.fmus.values())
+        top = root.find("ssd:System", NAMESPACES)
+        assert top is not None  # it has been read
+        bindings = top.find("ssd:ParameterBindings", NAMESPACES)
+        if bindings is None:
+            bindings = Element(_tag("ssd:ParameterBindings"))
+            before = {_tag("ssd:Connectors"), _tag("ssd:ElementGeometry")}
+            top.insert(sum(child.tag in before for child in top), bindings)
+        SubElement(bindings, _tag("ssd:ParameterBinding"), source=file)
+    experiment = root.find("ssd:DefaultExperiment", NAMESPACES)
+    if experiment is None:
+        experiment = Element(_tag("ssd:DefaultExperiment"))
+        before = {_tag(f"ssd:{name}") for name in ("System", "Enumerations", "Units")}
+        root.insert(sum(child.tag in before for child in root), experiment)
+    experiment.attrib.update(_times(system))
+    return {DESCRIPTION: ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True), **contents}
+
+
+def _flat(system: CoupledSystem, sets: Mapping[str, Mapping[str, Sequence[ParameterEntry]]]) -> dict[str, bytes]:
+    """A new description, its parameter sets and FMUs by name."""
     sources = _sources(system)
     files = {
         (unit, name): f"{name}.ssv" if len(system.units) == 1 else f"{unit}_{name}.ssv"
@@ -122,15 +188,7 @@ def write(
     contents: dict[str, bytes] = {DESCRIPTION: _structure(system, sources, files)}
     for (unit, name), file in files.items():
         contents[file] = parameter_set(name, sets[unit][name], system.units[unit].fmu)
-    for unit, source in sources.items():
-        contents[source] = system.units[unit].fmu.path.read_bytes()
-    with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
-        for name, content in contents.items():
-            entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = 0o100644 << 16
-            archive.writestr(entry, content)
-    return path
+    return contents | {source: system.units[unit].fmu.path.read_bytes() for unit, source in sources.items()}
 
 
 def _sources(system: CoupledSystem) -> dict[str, str]:
@@ -148,56 +206,81 @@ def _sources(system: CoupledSystem) -> dict[str, str]:
 def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping[tuple[str, str], str]) -> bytes:
     """The .ssd document: components with their inputs, outputs and parameters as connectors, and the connections.
 
-    Outputs of the system are named UNIT_VARIABLE, since some readers take UNIT.VARIABLE for the unit's own.
+    Inputs that nothing feeds, and the outputs to be recorded, are connectors of the system: UNIT_VARIABLE, since some
+    readers take UNIT.VARIABLE for the unit's own, and with a number behind where two would have the same name.
     """
+    fmus = system.fmus
     about = {"version": "1.0", "name": system.name, "generationTool": f"stickslip {version()}"}
     root = _root("ssd:SystemStructureDescription", **about)
     top = SubElement(root, _tag("ssd:System"), name=system.name)
-    ends = [tuple(name.split(".", 1)) for name in system.outputs]
-    outputs = [(unit, name) for unit, name in ends if name in system.units[unit].fmu.ports]
-    if outputs:
+    fed = {wire.target: wire.source for wire in system.wires}
+    used = {*fed, *fed.values()}
+    free = [(unit, name) for unit, fmu in fmus.items() for name in fmu.inputs if (unit, name) not in fed]
+    shown = [split(fmus, name, system.name) for name in system.outputs]
+    shown = [end for end in shown if fmus[end[0]].variables[end[1]].causality == "output"]
+    outer: dict[tuple[str, str], str] = {}
+    for end in (*free, *shown):
+        base = "_".join(end)
+        taken = outer.values()
+        outer[end] = next(n for i in range(len(outer) + 1) if (n := f"{base}_{i}" if i else base) not in taken)
+    if outer:
         connectors = SubElement(top, _tag("ssd:Connectors"))
-        for unit, name in outputs:
-            _add_connector(connectors, f"{unit}_{name}", "output", system.units[unit].fmu, name)
+        for (unit, name), text in outer.items():
+            _add_connector(connectors, text, "input" if (unit, name) in free else "output", fmus[unit], name)
     elements = SubElement(top, _tag("ssd:Elements"))
     for name, unit in system.units.items():
         component = SubElement(elements, _tag("ssd:Component"), name=name, source=sources[name], type=FMU[1])
         connectors = SubElement(component, _tag("ssd:Connectors"))
         kinds = {"input": unit.fmu.inputs, "output": unit.fmu.ports, "parameter": unit.fmu.parameters}
+        ends = [n for u, n in (*used, *shown) if u == name]
         for kind, names in kinds.items():
-            for variable in names:
+            also = sorted(n for n in ends if unit.fmu.variables[n].causality == kind)
+            for variable in dict.fromkeys((*names, *also)):
                 _add_connector(connectors, variable, kind, unit.fmu, variable)
         bound = [file for (of, _), file in files.items() if of == name]
         if bound:
             bindings = SubElement(component, _tag("ssd:ParameterBindings"))
             for file in bound:
                 SubElement(bindings, _tag("ssd:ParameterBinding"), source=file)
-    if system.connections or outputs:
+    if fed or outer:
         connections = SubElement(top, _tag("ssd:Connections"))
-        for connection in system.connections:
-            ((a, x), (b, y)) = (end.split(".", 1) for end in (connection.source, connection.target))
-            attributes = {"startElement": a, "startConnector": x, "endElement": b, "endConnector": y}
-            element = SubElement(connections, _tag("ssd:Connection"), attributes)
+        for wire, connection in zip(system.wires, system.connections, strict=True):
+            element = _add_connection(connections, wire.source, wire.target)
             if connection.factor is not None:
+                # it stands for what units would do
+                element.set("suppressUnitConversion", "true")
                 numbers = {"factor": repr(float(connection.factor)), "offset": repr(float(connection.offset))}
                 SubElement(element, _tag("ssc:LinearTransformation"), numbers)
-        for unit, name in outputs:
-            attributes = {"startElement": unit, "startConnector": name, "endConnector": f"{unit}_{name}"}
-            SubElement(connections, _tag("ssd:Connection"), attributes)
-    fmus = [unit.fmu for unit in system.units.values()]
-    units = (_unit(fmu, name) for fmu in fmus for name in (*fmu.inputs, *fmu.ports, *fmu.parameters))
-    _add_units(root, "ssd:Units", fmus, dict.fromkeys(units))
-    span = {"startTime": repr(float(system.start_time)), "stopTime": repr(float(system.stop_time))}
-    SubElement(root, _tag("ssd:DefaultExperiment"), span)
+        for end, text in outer.items():
+            _add_connection(connections, *((("", text), end) if end in free else (end, ("", text))))
+    units = (_unit(fmu, name) for fmu in fmus.values() for name in (*fmu.inputs, *fmu.ports, *fmu.parameters))
+    _add_units(root, "ssd:Units", [*fmus.values()], dict.fromkeys(units))
+    SubElement(root, _tag("ssd:DefaultExperiment"), _times(system))
     return _bytes(root)
+
+
+def _times(system: CoupledSystem) -> dict[str, str]:
+    return {"startTime": repr(float(system.start_time)), "stopTime": repr(float(system.stop_time))}
+
+
+def _add_connection(parent: Element, start: tuple[str, str], end: tuple[str, str]) -> Element:
+    attributes = {"startElement": start[0], "startConnector": start[1], "endElement": end[0], "endConnector": end[1]}
+    return SubElement(parent, _tag("ssd:Connection"), {name: text for name, text in attributes.items() if text})
 
 
 def _add_connector(parent: Element, name: str, kind: str, fmu: Fmu, variable: str) -> None:
     connector = SubElement(parent, _tag("ssd:Connector"), name=name, kind=kind)
-    if fmu.variables[variable].type in ("Int32", "Integer"):
-        SubElement(connector, _tag("ssc:Integer"))
-    else:
-        SubElement(connector, _tag("ssc:Real"), unit=_unit(fmu, variable))
+    declared = str(fmu.variables[variable].type)
+    # an enumeration's items are said by its FMU
+    if declared != "Enumeration":
+        attributes = {"unit": _unit(fmu, variable)} if _type(fmu, variable) == "Real" else {}
+        SubElement(connector, _tag(f"ssc:{_type(fmu, variable)}"), attributes)
+
+
+def _type(fmu: Fmu, name: str) -> str:
+    """The type of a variable as SSP 1.0 has it; of an enumeration that of its numbers."""
+    declared = str(fmu.variables[name].type)
+    return "Real" if declared in REALS else "Integer" if declared in (*WHOLE, "Enumeration") else declared
 
 
 def _unit(fmu: Fmu, name: str) -> str:
@@ -207,14 +290,15 @@ def _unit(fmu: Fmu, name: str) -> str:
 def _add_units(parent: Element, tag: str, fmus: Sequence[Fmu], names: Iterable[str]) -> None:
     """Definitions of units by the base units, as the FMUs state them."""
     stated = {unit.name: unit.baseUnit for fmu in fmus for unit in fmu.description.unitDefinitions}
-    units = SubElement(parent, _tag(tag))
-    for name in names:
-        unit = SubElement(units, _tag("ssc:Unit"), name=name)
-        base = stated.get(name)
-        powers = {"kg": 0, "m": 0, "s": 0, "A": 0, "K": 0, "mol": 0, "cd": 0, "rad": 0}
+    units = [(name, stated.get(name)) for name in names]
+    parent = SubElement(parent, _tag(tag)) if units else parent
+    for name, base in units:
+        unit = SubElement(parent, _tag("ssc:Unit"), name=name)
+        powers = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
         attributes = {key: str(int(power)) for key in powers if base is not None and (power := getattr(base, key, 0))}
-        if base is not None and (factor := float(base.factor or 1.0)) != 1.0:
-            attributes["factor"] = repr(factor)
+        for key, neutral in {"factor": 1.0, "offset": 0.0}.items():
+            if base is not None and (number := float(getattr(base, key, None) or neutral)) != neutral:
+                attributes[key] = repr(number)
         SubElement(unit, _tag("ssc:BaseUnit"), attributes)
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.shown import Shown
 from fmu_models.coupling.wiring import Connection, Misfit, Wire, split, wires
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.importer import request
+from fmu_models.importer import request, texts
 from fmu_models.simulation.inputs import signals_of
 
 EXCHANGE = ("auto", "dopri5", "dop853", "stiff")
@@ -21,12 +22,44 @@ SOLVERS = (*EXCHANGE, BY_STEPS)
 
 @dataclass(frozen=True)
 class Unit(Shown):
-    """One FMU of a system, with values by name in its own units of measure; inputs as ``simulate`` takes them."""
+    """One FMU of a system, with values by name in its own units of measure; inputs as ``simulate`` takes them; texts:
+    start values of its Strings."""
 
     fmu: Fmu
     parameters: Mapping[str, float] = field(default_factory=dict)
     start: Mapping[str, float] = field(default_factory=dict)
     inputs: Mapping[str, Any] = field(default_factory=dict)
+    texts: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Connector:
+    """A connector that a system has itself: factor source + offset, where ``source`` ("unit.variable") feeds it, or a
+    value; neither where nothing feeds it.
+
+    Attributes:
+        kind: "input", "output", "parameter", "calculatedParameter", "inout" or "local".
+        type, unit: None where they are not known.
+    """
+
+    kind: str
+    type: str | None = None
+    unit: str | None = None
+    source: str | None = None
+    factor: float = 1.0
+    offset: float = 0.0
+    value: float | str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Origin:
+    """The description (.ssd) that a system was read from, in a folder of its own if it was ``packed``, and what it
+    said."""
+
+    description: Path
+    packed: bool
+    units: Mapping[str, Unit]
+    connections: Sequence[Connection]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +71,13 @@ class CoupledSystem(Shown):
         solver: one of SOLVERS; "auto" integrates all as one where every unit has Model Exchange, otherwise it steps the
             units one by one ("co-simulation").
         step: communication step of a co-simulation, s; None: of controlled length.
-        rollback: steps of a co-simulation that miss the tolerance are repeated; None: where every unit can be put back.
+        rollback: steps of a co-simulation that miss the tolerance are repeated; None: where every unit can be put back,
+            and no step is given. With True and a step, shorter ones lie between its points.
         tolerance: relative error; None: 1e-8, of a co-simulation 1e-6.
         outputs: variables to record, "unit.variable"; none: states, inputs and outputs of all units.
+        connectors: of the system itself and of systems in it, by dotted name; a trajectory has those with a value or a
+            recorded source too.
+        origin: what it was read from, where that can be written again with all that it holds.
 
     Raises:
         Misfit: a name, value or connection that does not fit.
@@ -56,10 +93,12 @@ class CoupledSystem(Shown):
     start_time: float = 0.0
     stop_time: float = 20.0
     outputs: Sequence[str] = ()
+    connectors: Mapping[str, Connector] = field(default_factory=dict)
+    origin: Origin | None = None
     wires: tuple[Wire, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        if not self.units:
+        if not self.units and not self.connectors:
             raise Misfit(f"The system '{self.name}' has no units. Name at least one FMU.", "units")
         if self.solver not in SOLVERS:
             raise Misfit(f"There is no solver '{self.solver}'.{nearest(self.solver, SOLVERS)}", "solver")
@@ -77,6 +116,7 @@ class CoupledSystem(Shown):
         for name, unit in self.units.items():
             try:
                 request.start_values(unit.fmu, unit.parameters, unit.start)
+                texts.settings(unit.fmu, {}, unit.texts, {})
                 span = self.start_time, self.stop_time
                 request.table(unit.fmu, signals_of(unit.fmu, unit.inputs, *span), *span)
                 for variable in (*unit.parameters, *unit.start, *unit.inputs):

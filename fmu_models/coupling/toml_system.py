@@ -11,6 +11,7 @@ inputs = { w1 = "speed.csv:w" } # a number, or a column of a log beside this fil
 """
 
 import os
+from typing import Any
 
 from fmu_models.base import shipped
 from fmu_models.base.errors import StickslipError
@@ -50,7 +51,9 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust
     document.check_keys(("units", "connections", "solver", "rollback", "outputs", *NUMBERS))
     data = document.data
     units = {name: _unit(document, name, fmi_version) for name in document.table("units")}
-    numbers = {key: document.value(data[key], unit, key) for key, unit in NUMBERS.items() if key in data}
+    numbers: dict[str, Any] = {
+        key: document.value(data[key], unit, key) for key, unit in NUMBERS.items() if key in data
+    }
     try:
         return CoupledSystem(
             path.stem,
@@ -96,7 +99,9 @@ def _connections(document: Document) -> list[Connection]:
     for i, entry in enumerate(document.entries("connections")):
         keys = ("connections", i)
         document.check_keys(("from", "to", "factor", "offset"), *keys)
-        numbers = {key: document.value(entry[key], "1", *keys, key) for key in ("factor", "offset") if key in entry}
+        numbers: dict[str, Any] = {
+            key: document.value(entry[key], "1", *keys, key) for key in ("factor", "offset") if key in entry
+        }
         factor = numbers.get("factor", 1.0 if "offset" in numbers else None)
         connections.append(
             Connection(document.text("from", *keys), document.text("to", *keys), factor, numbers.get("offset", 0.0))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from xml.parsers import expat
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.fmu import fmi1
 
 if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription
@@ -29,7 +30,7 @@ INTERFACES = ("ModelExchange", "CoSimulation", "ScheduledExecution")
 
 def read(path: Path, folder: Path) -> ModelDescription:
     """The description of the FMU ``path`` that is unpacked in ``folder``. StickslipError: missing, unsafe or ill-formed
-    XML, another version of FMI than 2.0 and 3.0, or a description that does not say which variables and files are
+    XML, another version of FMI than 1.0, 2.0 and 3.0, or a description that does not say which variables and files are
     meant."""
     from fmpy import read_model_description
 
@@ -44,6 +45,8 @@ def read(path: Path, folder: Path) -> ModelDescription:
         _look_over(build, f"'{path}': buildDescription.xml", lambda *_: None)
     try:
         description = read_model_description(str(folder), validate=False)
+        if outline.fmi == 1:
+            fmi1.complete(description, xml)
     except Exception as error:  # fmpy raises whatever its parser raised
         reason = error if str(error) and not isinstance(error, KeyError) else f"{type(error).__name__} {error}".strip()
         raise StickslipError(f"'{path}': modelDescription.xml cannot be read: {reason}") from error
@@ -95,6 +98,8 @@ class _Outline:
     def _element(self, depth: int, name: str, attributes: dict[str, str]) -> None:
         if depth == 1:
             self._check_root(name, attributes)
+        elif depth == 2 and self.fmi == 1 and name == "Implementation":
+            self.interfaces = {"CoSimulation": {}}
         elif depth == 2 and name in INTERFACES:
             self._check_identifier(attributes.get("modelIdentifier", ""))
             self.interfaces[name] = attributes
@@ -112,22 +117,21 @@ class _Outline:
             raise StickslipError(f"{self.where} describes '{name}', not an fmiModelDescription.")
         version = attributes.get("fmiVersion")
         if version is None:
-            raise StickslipError(f"{self.where} has no fmiVersion. FMI 2.0 and 3.0 are read.")
-        if version.startswith("1."):
-            # documented by each tool as its import of 1.0 and export of 2.0
+            raise StickslipError(f"{self.where} has no fmiVersion. FMI 1.0, 2.0 and 3.0 are read.")
+        if not version.startswith(("1.", "2.", "3.")):
             raise StickslipError(
-                f"{self.where} is of FMI {version}, and FMI 2.0 and 3.0 are read: export its model as one of these, or "
-                "wrap it in a tool that imports 1.0 and exports 2.0 (Altair Activate; Wolfram System Modeler for Model "
-                "Exchange)."
-            )
-        if not version.startswith(("2.", "3.")):
-            raise StickslipError(
-                f"{self.where} is of FMI {version}. FMI 2.0 and 3.0 are read: export it as one of these."
+                f"{self.where} is of FMI {version}. FMI 1.0, 2.0 and 3.0 are read: export it as one of these."
             )
         self.fmi = int(version[0])
-        token = "guid" if self.fmi == 2 else "instantiationToken"
+        token = "guid" if self.fmi < 3 else "instantiationToken"
         if not attributes.get(token):
             raise StickslipError(f"{self.where} has no {token}, without which its library cannot be instantiated.")
+        if self.fmi == 1:
+            self._check_identifier(attributes.get("modelIdentifier", ""))
+            self.interfaces["ModelExchange"] = {}
+            states = attributes.get("numberOfContinuousStates", "no")
+            if not (states.isascii() and states.isdigit() and len(states) < 7):
+                raise StickslipError(f"{self.where} declares {states[:60]!a} continuous states; expected 0 to 999999.")
 
     def _check_identifier(self, identifier: str) -> None:
         unsafe = any(c in '/\\:*?"<>|' or not c.isprintable() for c in identifier) or identifier.startswith(".")

@@ -46,7 +46,7 @@ class Fmu(Shown):
 
     @classmethod
     def open(cls, path: str | os.PathLike[str]) -> Fmu:
-        """Unpack and read an FMU 2.0 or 3.0.
+        """Unpack and read an FMU 1.0, 2.0 or 3.0.
 
         Raises:
             StickslipError: no such file, not an FMU, of another FMI version, an archive that is unsafe to unpack, or
@@ -87,8 +87,13 @@ class Fmu(Shown):
 
     @property
     def fmi(self) -> int:
-        """Version of the standard: 2 or 3."""
-        return int(str(self.description.fmiVersion)[0])
+        """Version of the standard by which it is called: 2 or 3. One of FMI 1.0 is called as one of 2 (``adapted``)."""
+        return max(2, int(str(self.description.fmiVersion)[0]))
+
+    @property
+    def adapted(self) -> bool:
+        """Whether it is of FMI 1.0, to be called through an adapter."""
+        return str(self.description.fmiVersion).startswith("1")
 
     def elements(self, path: str) -> list[Element]:
         """The elements of modelDescription.xml at a path below its root, for what fmpy does not read."""

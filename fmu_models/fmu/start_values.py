@@ -15,7 +15,7 @@ import re
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
 
@@ -192,32 +192,27 @@ def _check_library(fmu: Fmu, values: Mapping[str, float]) -> None:
 
 def library_starts(path: str, names: list[str]) -> dict[str, float] | None:
     """Values of parameters as the library has them after instantiation; None if there is none for this machine."""
-    from fmpy import fmi2, fmi3
+    from fmpy import instantiate_fmu
     from fmpy.fmi1 import FMICallException
 
     fmu = Fmu.open(path)
     description = fmu.description
-    exchange = description.coSimulation is None
-    interface = description.modelExchange if exchange else description.coSimulation
+    interface = description.coSimulation or description.modelExchange
     if interface is None:
         return None
     try:
         library(fmu, str(interface.modelIdentifier))
     except StickslipError:
         return None
-    module = fmi2 if fmu.fmi == 2 else fmi3
-    kind = getattr(module, f"FMU{fmu.fmi}{'Model' if exchange else 'Slave'}")
-    instance = kind(
-        guid=description.guid,
-        modelIdentifier=interface.modelIdentifier,
-        unzipDirectory=str(fmu.folder),
-        instanceName=description.modelName,
-    )
+    stepping = description.coSimulation is not None
+    instance: Any = instantiate_fmu(str(fmu.folder), description, "CoSimulation" if stepping else "ModelExchange")
     try:
-        instance.instantiate()
-        if fmu.fmi == 2:
-            instance.setupExperiment(startTime=0.0)
-        instance.enterInitializationMode()
+        if fmu.adapted:
+            instance.initialize()
+        else:
+            if fmu.fmi == 2:
+                instance.setupExperiment(startTime=0.0)
+            instance.enterInitializationMode()
         references = [fmu.variables[name].valueReference for name in names]
         read = instance.getReal if fmu.fmi == 2 else instance.getFloat64
         return dict(zip(names, map(float, read(references)), strict=True))

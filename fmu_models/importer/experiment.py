@@ -48,6 +48,7 @@ class FmuExperiment:
         step: communication step, s; asks for a co-simulation.
         on_zeno: "stop", "hold" or "continue" where events of an FMU that the master integrates accumulate.
         max_step: s, longest step of the master, as ``Driver`` takes it.
+        sides: as for ``simulate``; of runs by the FMU's own engine alone.
     """
 
     stop_time: float
@@ -61,6 +62,7 @@ class FmuExperiment:
     step: float | None = None
     on_zeno: str = "stop"
     max_step: float | None = None
+    sides: bool = False
 
     def __post_init__(self) -> None:
         if self.step is not None and self.method is None:
@@ -150,7 +152,7 @@ def perform_with_error(
             "The error is estimated for runs by the engine inside an FMU of this suite, in this process. Leave out "
             "--error, or --method, --step and --isolate."
         )
-    trajectory, estimate = simulate_with_error(**_arguments(fmu, experiment), progress=progress)
+    trajectory, estimate = simulate_with_error(**_arguments(fmu, experiment), sides=experiment.sides, progress=progress)
     return _recorded(fmu, experiment, trajectory), estimate
 
 
@@ -158,7 +160,7 @@ def _run(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] 
     from fmu_models.importer.simulate import simulate_any
 
     if experiment.is_native(fmu):
-        return simulate(**_arguments(fmu, experiment), progress=progress)
+        return simulate(**_arguments(fmu, experiment), sides=experiment.sides, progress=progress)
     return simulate_any(
         **_arguments(fmu, experiment),
         method=experiment.method or "auto",

@@ -18,6 +18,7 @@ from fmu_models.fmu.elements import element_names
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library as library_file
 from fmu_models.fmu.library import unload
+from fmu_models.importer import fmi1
 from fmu_models.toolchain import compiler
 
 if TYPE_CHECKING:
@@ -28,36 +29,19 @@ F = _C.constants("Function", "F_")
 T = _C.constants("Type", "T_")
 STATUS = _C.constants(prefix="FMI_")
 
-# names of the functions in FMI 2 and FMI 3, None where the version has none
-FUNCTIONS: dict[int, tuple[str | None, str | None]] = {
-    F.RESET: ("Reset", "Reset"),
-    F.SETUP: ("SetupExperiment", None),
-    F.ENTER_INITIALIZATION: ("EnterInitializationMode", "EnterInitializationMode"),
-    F.EXIT_INITIALIZATION: ("ExitInitializationMode", "ExitInitializationMode"),
-    F.ENTER_EVENT: ("EnterEventMode", "EnterEventMode"),
-    F.UPDATE: ("NewDiscreteStates", "UpdateDiscreteStates"),
-    F.ENTER_CONTINUOUS: ("EnterContinuousTimeMode", "EnterContinuousTimeMode"),
-    F.ENTER_STEP: (None, "EnterStepMode"),
-    F.COMPLETED: ("CompletedIntegratorStep", "CompletedIntegratorStep"),
-    F.SET_TIME: ("SetTime", "SetTime"),
-    F.SET_STATES: ("SetContinuousStates", "SetContinuousStates"),
-    F.GET_STATES: ("GetContinuousStates", "GetContinuousStates"),
-    F.GET_DERIVATIVES: ("GetDerivatives", "GetContinuousStateDerivatives"),
-    F.GET_INDICATORS: ("GetEventIndicators", "GetEventIndicators"),
-    F.NOMINALS: ("GetNominalsOfContinuousStates", "GetNominalsOfContinuousStates"),
-    F.DIRECTIONAL: ("GetDirectionalDerivative", "GetDirectionalDerivative"),
-    F.DO_STEP: ("DoStep", "DoStep"),
-    F.SET_CLOCK: (None, "SetClock"),
-    F.GET_CLOCK: (None, "GetClock"),
-    F.GET_INTERVAL: (None, "GetIntervalDecimal"),
-    F.GET_SHIFT: (None, "GetShiftDecimal"),
-    F.ACTIVATE: (None, "ActivateModelPartition"),
-    F.TERMINATE: ("Terminate", "Terminate"),
-    F.BOOLEAN_STATUS: ("GetBooleanStatus", None),
-    F.REAL_STATUS: ("GetRealStatus", None),
-    F.ENTER_CONFIGURATION: (None, "EnterConfigurationMode"),
-    F.EXIT_CONFIGURATION: (None, "ExitConfigurationMode"),
-}
+# names of the functions in their order; FMI 2/FMI 3 where they differ, nothing where a version has none
+_NAMES = (
+    "Reset SetupExperiment/ EnterInitializationMode ExitInitializationMode EnterEventMode "
+    "NewDiscreteStates/UpdateDiscreteStates EnterContinuousTimeMode /EnterStepMode CompletedIntegratorStep SetTime "
+    "SetContinuousStates GetContinuousStates GetDerivatives/GetContinuousStateDerivatives GetEventIndicators "
+    "GetNominalsOfContinuousStates GetDirectionalDerivative DoStep /SetClock /GetClock /GetIntervalDecimal "
+    "/GetShiftDecimal /ActivateModelPartition Terminate GetBooleanStatus/ GetRealStatus/ /EnterConfigurationMode "
+    "/ExitConfigurationMode"
+)
+FUNCTIONS: dict[int, tuple[str | None, str | None]] = {}
+for _index, _name in enumerate(_NAMES.split()):
+    _two, _slash, _three = _name.partition("/")
+    FUNCTIONS[_index] = _two or None, _three or (None if _slash else _two)
 # the type that carries a variable of a type of FMI 2 or FMI 3
 TYPES2 = {"Real": T.FLOAT64, "Integer": T.INT32, "Enumeration": T.INT32, "Boolean": T.BOOLEAN}
 TYPES3 = {
@@ -112,9 +96,9 @@ def master_library() -> ctypes.CDLL:
 
 
 class _Callbacks(ctypes.Structure):
-    """fmi2CallbackFunctions"""
+    """fmi2CallbackFunctions, and what c/fmi1.c takes behind it"""
 
-    _fields_ = tuple((n, c_void_p) for n in ("logger", "allocate", "free", "step_finished", "environment"))
+    _fields_ = tuple((n, c_void_p) for n in ("logger", "allocate", "free", "step_finished", "environment", "adapter"))
 
 
 class Instance:
@@ -151,6 +135,9 @@ class Instance:
         file = library_file(fmu, str(interface.modelIdentifier))
         try:
             self.dll = ctypes.CDLL(str(file))
+            if fmu.adapted:
+                self.dll = fmi1.Library1(str(file), fmu, str(interface.modelIdentifier), master_library())
+                self._callbacks.adapter = ctypes.addressof(self.dll.adapter)
         except OSError as error:
             raise StickslipError(f"'{fmu.path}': its library cannot be loaded: {error}.") from error
         self._fill()
@@ -197,7 +184,8 @@ class Instance:
             return self.dll[f"fmi{self.fmu.fmi}{name}"]
         except AttributeError:
             raise StickslipError(
-                f"'{self.fmu.path}': its library has no function fmi{self.fmu.fmi}{name}, which the standard requires."
+                f"'{self.fmu.path}': its library has no function {fmi1.called(self.fmu, name)}, which the standard "
+                "requires."
             ) from None
 
     def _fill(self) -> None:
@@ -244,7 +232,7 @@ class Instance:
             make = self.function("Instantiate")
             make.restype = c_void_p
             make.argtypes = (c_char_p, c_int, c_char_p, c_char_p, c_void_p, c_int, c_int)
-            where = resources.as_uri().encode()
+            where = (self.fmu.folder if self.fmu.adapted else resources).as_uri().encode()
             return make(name, int(self.co_simulation), token, where, ctypes.addressof(self._callbacks), 0, 1)
         logger = ctypes.cast(library.master_log3, c_void_p)
         where = (str(resources) + "/").encode() if resources.is_dir() else None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_structures import declarations
-from fmu_models.importer import instance
+from fmu_models.importer import fmi1, instance
 from fmu_models.importer.clocks import clocks_of
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def _text(fmu: Fmu, status: int, report: ctypes.Structure, states: Sequence[str]
     if status == RUN.FMI_ERROR:
         name = instance.FUNCTIONS[index][fmu.fmi - 2] or instance.FUNCTIONS[index][3 - fmu.fmi]
         failure = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
-        return f"fmi{fmu.fmi}{name} {failure} at {at}."
+        return f"{fmi1.called(fmu, str(name))} {failure} at {at}."
     if status == RUN.NOT_FINITE and not math.isfinite(value):
         return f"the FMU gives the state '{states[index]}' the value {value:g} in its event at {at}."
     if status == RUN.TOO_MANY_STEPS:

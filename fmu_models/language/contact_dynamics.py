@@ -41,6 +41,7 @@ class ContactDynamics:
         reset: states after the jump where y falls to zero, or where stick begins or ends, if they jump.
         reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0; bit 4 where stick begins or ends; bit 8 if
             the jumps may end in rest: then slip_rate is the second derivative of y, which stick holds at zero.
+        carries: rates of states per lambda, beside those that the slip says.
         partner: of a rigid contact with friction the index of its other direction, else None.
         restitution: of the normal direction of a rigid contact, by Poisson's rule if ``poisson``, else by Newton's.
         friction: mu, of the friction of a rigid contact.
@@ -69,6 +70,7 @@ class ContactDynamics:
     rooted: bool = False
     reset: Mapping[State, sympy.Expr] = field(default_factory=dict)
     reset_sides: int = 0
+    carries: Mapping[State, sympy.Expr] = field(default_factory=dict)
     partner: int | None = None
     capacity_minus: sympy.Expr | None = None
     restitution: sympy.Expr = sympy.S.Zero

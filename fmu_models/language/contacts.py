@@ -189,8 +189,7 @@ class Contact(Shown, ABC):
 
     def _check_rates(self, units: Dimensions) -> None:
         for state, rate in zip(self.states, self.rates, strict=True):
-            change = units.times(units.of_unit(state.unit), units.of_unit("1/s"))
-            units.compare(f"the rate of {state.name}", units.expect(f"the rate of {state.name}", rate, None), change)
+            units.expect(f"the rate of {state.name}", rate, per_second(state.unit))
 
     def with_law(self, law: object) -> Self:
         """The contact with another law."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import sympy
 
+from fmu_models.base.errors import StickslipError
 from fmu_models.language.automaton import Automaton
 from fmu_models.language.contact_dynamics import ContactDynamics, Rates
 from fmu_models.language.declaration import Output
@@ -40,6 +41,16 @@ def lower(model: Mechanism | Automaton | Map) -> HybridSystem:
     levers = [{index[v]: sympy.diff(c.slip, v) for v in c.slip.free_symbols if v in index} for c in contacts]
     mass = {**mass_entries(model), **{(i, i): sympy.S.One for i in range(len(coordinates), len(index))}}
     a, W, G, inertia = _solved(mass, [*generalised_forces(model), *(rate for _, rate in held)], levers)
+    carried = [{index[z]: rate for z, rate in c.carries.items()} for c in contacts]
+    if any(carried):
+        if inertia:
+            raise StickslipError(
+                f"{model.name}: its mass matrix is too large to stand beside a play before a law without "
+                "sliders. Put sliders behind the play, or take fewer coordinates."
+            )
+        W = _summed([*W.items(), *(((i, c), rate) for c, row in enumerate(carried) for i, rate in row.items())])
+        by_state = [{c: row[i] for c, row in enumerate(carried) if i in row} for i in range(len(index))]
+        G = _summed([*G.items(), *_times_rows(levers, by_state).items()])
     inner = [contact for contact in model.contacts if not contact.driven]
     return HybridSystem.of(
         model,

@@ -101,6 +101,7 @@ def trajectory_figure(
     Raises:
         StickslipError: there is no such variable, or nothing to draw.
     """
+    trajectory = trajectory.drawn
     fmus = {"": model} if isinstance(model, Fmu) else {f"{unit}.": fmu for unit, fmu in model.items()}
     title = title or ", ".join(str(fmu.description.modelName) for fmu in fmus.values())
     spells = _spells(trajectory, fmus)

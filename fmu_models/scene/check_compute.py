@@ -165,7 +165,8 @@ def _by_name(
         if count == 1:
             numbers[name] = doc.value(raw, units[name], *path)
         elif isinstance(raw, list) and len(raw) == count:
-            numbers[name] = tuple(doc.value(end, units[name], *path) for end in raw)
+            # a list, as JSON gives it back
+            numbers[name] = [doc.value(end, units[name], *path) for end in raw]
         else:
             raise doc.fault(f"'{name}' must be a list of {count} numbers, found {raw!r}.", *path)
     return numbers

@@ -10,8 +10,6 @@ The side on which the function is positive is kept on the left, so that a fold, 
 function need not be continuous; it is asked for one value at a time.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field

@@ -60,7 +60,7 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
         return None
     marks = marks[-MOST - 1 :]
     times = np.union1d(marks, np.linspace(marks[0], marks[-1], SAMPLES))
-    states = simulate(fmu, marks[-1], output_times=times, **run)
+    states = simulate(fmu, until, output_times=times, sides=True, **run)  # to the last digit the run before
     closed = _closed(states, np.isin(times, marks), [name for name in fmu.states if name not in fmu.cyclic])
     if closed is None:
         return None
@@ -70,8 +70,8 @@ def last_cycle(fmu: Fmu, until: float, **run: Any) -> Cycle | None:
         return None
     inside, span = tuple(event for event in events if start <= event.time < stop), (float(start), float(stop))
     ends_of = Measured(fmu, tolerance=run.get("tolerance") or TOLERANCE).extremes(span, {"start_time": 0.0, **run})
-    times = np.unique([event.time for event in inside])
-    at = dict(zip(times, simulate(fmu, stop, output_times=times, **run)[fmu.states[0]], strict=True))
+    drawn = states.drawn
+    at = dict(zip(drawn.time.tolist(), drawn[fmu.states[0]], strict=True))
     angles: dict[tuple[str, int], list[float]] = {}
     for event in inside:
         angles.setdefault((event.contact, event.after), []).append(float(at[event.time]))

@@ -130,7 +130,9 @@ class ReturnMap(SectionSystem):
             check_value(self.fmu, name, float(value))
 
     def start(self, values: Mapping[str, float] | Sequence[float] | None = None) -> Vector:
-        """(1,) a value of the state."""
+        """(1,) a value of the state; what is said of the others must be what the map has."""
+        if isinstance(values, Mapping) and not callable(self._start):
+            values = {name: v for name, v in values.items() if name == self.state or self._start.get(name) != v}
         return named_point(self.name, self.states, np.array([self.fmu.start_of(self.state)]), values)
 
     def sizes(self) -> Vector:

@@ -92,6 +92,7 @@ def simulate_with_error(
     inputs: Mapping[str, Any] | None = None,
     output_times: ArrayLike | None = None,
     tolerance: float = 1e-14,
+    sides: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Trajectory, ErrorEstimate]:
     """A run and an estimate of its error; arguments and errors are those of ``simulate``."""
@@ -106,7 +107,7 @@ def simulate_with_error(
         "inputs": signals_of(fmu, inputs or {}, start_time, stop_time),
     }
     span: dict[str, Any] = {"start_time": start_time, "output_times": output_times}
-    trajectory = simulate(fmu, stop_time, tolerance=tolerance, progress=stage(0), **settings, **span)
+    trajectory = simulate(fmu, stop_time, tolerance=tolerance, sides=sides, progress=stage(0), **settings, **span)
     started = time.perf_counter()
     check = _checked(Repeated(fmu, stop_time, start_time, tolerance, **settings), trajectory, output_times, stage(1))
     runs, refused = ({}, check.refused) if check.other is None else ({COMPANIONS[0]: check.other}, {})

@@ -21,7 +21,7 @@ from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of, indicators_of
 from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.signal import Knots, Signal, knots
-from fmu_models.simulation.trajectory import Columns, Events, Trajectory
+from fmu_models.simulation.trajectory import Columns, Events, Sides, Trajectory
 
 if TYPE_CHECKING:
     from fmpy.model_description import ScalarVariable
@@ -39,6 +39,7 @@ def simulate(
     inputs: Mapping[str, Any] | None = None,
     output_times: ArrayLike | None = None,
     tolerance: float = 1e-14,
+    sides: bool = False,
     progress: Progress = None,
 ) -> Trajectory:
     """Run an FMU of this suite from ``start_time`` to ``stop_time`` (s).
@@ -51,6 +52,7 @@ def simulate(
             column of a log, times and values, a pandas Series, a function); its rate is the slope of its Signal.
         output_times: (n,) s, ascending, within the run; default 1001 equally spaced.
         tolerance: relative local error of a step. Values above 1e-14 have no effect: the engine's default costs little.
+        sides: record also what was right before and after each event between the output times (``Trajectory.sides``).
         progress: called with the fraction of output times done, several times a second.
 
     Raises:
@@ -59,7 +61,8 @@ def simulate(
     """
     run = KeptRun(fmu, tolerance=tolerance)
     values: dict[str, Any] = {"parameters": parameters, "start": start, "inputs": inputs}
-    return run(stop_time, start_time=start_time, **values, output_times=output_times, progress=progress)
+    times: dict[str, Any] = {"start_time": start_time, "output_times": output_times, "sides": sides}
+    return run(stop_time, **times, **values, progress=progress)
 
 
 @dataclass(frozen=True)
@@ -145,6 +148,7 @@ class KeptRun(Shown):
         start: Mapping[str, float] | None = None,
         inputs: Mapping[str, Any] | None = None,
         output_times: ArrayLike | None = None,
+        sides: bool = False,
         progress: Progress = None,
     ) -> Trajectory:
         """The run of ``simulate`` with these arguments. StickslipError: as for ``simulate``, after which the next run
@@ -154,12 +158,14 @@ class KeptRun(Shown):
             raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")
         check_span(*span)
         times, values = checked_times(output_times, *span), (parameters, start, inputs)
-        return model.trajectory(times, _rows(self.fmu, model, self.tolerance, span, values, times, progress))
+        return model.trajectory(
+            times, _rows(self.fmu, model, self.tolerance, span, values, times, progress, sides=sides)
+        )
 
 
 def _rows(
     fmu: Fmu, model: RunFacts, tolerance: float, span: tuple[float, float], values: _Values, times: Vector,
-    progress: Progress, ends: Vector | None = None, recorded: NDArray[np.uint32] | None = None,
+    progress: Progress, ends: Vector | None = None, recorded: NDArray[np.uint32] | None = None, sides: bool = False,
 ) -> whole_run.Result:  # fmt: skip
     """The values of the recorded variables; arguments in their order, since names cost time. At ``ends`` steps have to
     end beside where they would."""
@@ -167,7 +173,7 @@ def _rows(
     stops = np.concatenate((times, [span[1]])) if times.item(-1) < span[1] else times
     engine = model.engine
     instance = engine.take()
-    request = whole_run.Request(stops, model.recorded if recorded is None else recorded, driven)
+    request = whole_run.Request(stops, model.recorded if recorded is None else recorded, driven, sides)
     try:
         instance.restart(initial, span[0], tolerance)
         return whole_run.run(engine, instance, request, progress)
@@ -260,8 +266,16 @@ class RunFacts:
         values = Columns(rows if len(rows) == times.size else rows[: times.size], self._columns, self._n_real)
         events = Events(result.events, self._contacts, self._rigid)
         return Trajectory(
-            times, values, self._units.copy(), events, result.steps, result.evaluations, seconds=result.seconds
-        )
+            times, values, self._units.copy(), events, result.steps, result.evaluations, seconds=result.seconds,
+            sides=None if result.sides is None else self._sides(result.sides, times[-1]),
+        )  # fmt: skip
+
+    def _sides(self, rows: Vector, last: float) -> Sides:
+        """Both sides of each instant, whose events may have come one by one."""
+        rows = rows[rows[:, 0, 0] <= last]
+        moves = np.diff(rows[:, 0, 0], prepend=np.nan, append=np.nan) != 0.0
+        both = np.stack([rows[moves[:-1], 0], rows[moves[1:], 1]], axis=1).reshape(-1, rows.shape[2])
+        return Sides(both[:, 0], Columns(both[:, 1:], self._columns, self._n_real))
 
 
 _all_facts: weakref.WeakKeyDictionary[Fmu, RunFacts] = weakref.WeakKeyDictionary()

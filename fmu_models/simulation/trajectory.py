@@ -5,8 +5,8 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, overload
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,6 +188,13 @@ class ForeignEvent(Shown):
         return f"{self.time:.9g} s: {self.kind}{indicator}{f', {self.clocks} ticks' if self.clocks else ''}"
 
 
+class Sides(NamedTuple):
+    """What is right before and right after events: (2 k,) times in s, each twice, and per variable as many values."""
+
+    time: Vector
+    values: Mapping[str, NDArray]
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectory(Tabular):
     """Recorded variables over time; ``trajectory["theta"]`` is one of them.
@@ -205,6 +212,7 @@ class Trajectory(Tabular):
         seconds: wall time that it took, s.
         arrays: shape per array variable, whose elements ``A[2,1]`` are in ``values``, the last index fastest.
         texts: per String or Binary of an FMU, by element, its value after initialization and at the end of the run.
+        sides: of events between the output times, if the run was asked for them.
     """
 
     time: Vector
@@ -217,6 +225,7 @@ class Trajectory(Tabular):
     seconds: float = 0.0
     arrays: Mapping[str, Sequence[int]] = field(default_factory=dict)
     texts: Mapping[str, tuple[str | bytes, str | bytes]] = field(default_factory=dict)
+    sides: Sides | None = None
 
     def __contains__(self, name: object) -> bool:
         return name == "time" or name in self.values
@@ -243,6 +252,16 @@ class Trajectory(Tabular):
         return tuple(event for event in self.impacts if event.work > ROUNDING * largest)
 
     @property
+    def drawn(self) -> Trajectory:
+        """With both sides of events among its times, so that lines have their corners and jumps."""
+        if self.sides is None:
+            return self
+        time, sides = np.concatenate([self.sides.time, self.time]), self.sides.values
+        order = np.argsort(time, kind="stable")
+        values = {name: np.concatenate([sides[name], data])[order] for name, data in self.values.items()}
+        return replace(self, time=time[order], values=values, sides=None)
+
+    @property
     def frame(self) -> pandas.DataFrame:
         """The variables as columns of a table indexed by time (s)."""
         import pandas
@@ -259,13 +278,13 @@ class Trajectory(Tabular):
         Raises:
             StickslipError: the trajectory has no such variable.
         """
-        axes = axes_or_new(ax)
+        axes, drawn = axes_or_new(ax), self.drawn
         variables = what or [name for name in self.values if f"der({name})" in self.values] or list(self.values)
         labels: dict[str, list[str]] = {"x": [], "y": []}
         for text in variables:
             across, colon, up = text.rpartition(":")
             across = across if colon else "time"
-            axes.plot(self[across], self[up], linewidth=0.9, label=up)
+            axes.plot(drawn[across], drawn[up], linewidth=0.9, label=up)
             labels["x"].append(self._label(across))
             labels["y"].append(self._label(up))
         axes.set(xlabel=", ".join(dict.fromkeys(labels["x"])), ylabel=", ".join(dict.fromkeys(labels["y"])))

@@ -13,6 +13,7 @@ from fmu_models.base.arrays import Vector
 from fmu_models.simulation.engine import RUN, C, Engine, EngineInstance, address
 from fmu_models.simulation.signal import Knots
 
+SIDES = 256  # instants with events per call whose sides are recorded
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
 
 _WholeRun = C.structure("WholeRun")
@@ -28,11 +29,13 @@ class Request(NamedTuple):
         times: (n,) s, of output.
         references: (m,) of the variables to record.
         inputs: references (k,) of inputs that change with time, and their table of ``signal.knots``.
+        sides: whether both sides of events are recorded.
     """
 
     times: Vector
     references: NDArray[np.uint32]
     inputs: tuple[NDArray[np.uint32], Knots] | None = None
+    sides: bool = False
 
 
 @dataclass(frozen=True)
@@ -45,13 +48,17 @@ class SectionRequest:
 
 
 class Result(NamedTuple):
-    """What came of it: values (n, m), events (k,) of dtype EVENT, counters of the engine, and its wall time in s."""
+    """What came of it: values (n, m), events (k,) of dtype EVENT, counters of the engine, and its wall time in s.
+
+    sides: (j, 2, 1 + m) time and values before and after events; None if they were not asked for.
+    """
 
     values: Vector
     events: NDArray
     steps: int
     evaluations: int
     seconds: float
+    sides: Vector | None = None
 
 
 def run(
@@ -61,14 +68,20 @@ def run(
     values = np.empty((request.times.size, request.references.size))
     c = _filled(instance.whole_run, request, values)
     c.next_time = c.next_knot = 0
-    chunks, seconds = [], 0.0
+    chunks, parts, seconds = [], [], 0.0
+    room = np.full((SIDES if request.sides else 0, 2, 1 + request.references.size), np.nan)
+    if request.sides:
+        c.sides, c.side_capacity = room.ctypes.data, SIDES
     for took in _calls(engine.simulate, instance, c, c):
         seconds += took
         chunks.append(instance.events(c.n_events))
+        if request.sides:
+            parts.append(room[: c.n_sides].copy())
         if progress:
             progress(c.next_time / max(1, len(values)))
     events = chunks[0] if len(chunks) == 1 else np.concatenate(chunks)
-    return Result(values, events, c.steps, c.evaluations, seconds)
+    sides = np.concatenate(parts) if parts else None
+    return Result(values, events, c.steps, c.evaluations, seconds, sides)
 
 
 def crossings(engine: Engine, instance: EngineInstance, request: Request, section: SectionRequest) -> Iterator[Vector]:
@@ -92,7 +105,7 @@ def _calls(
     """Call the engine until its run is done, and tell how long each call took, s."""
     status = RUN.MORE
     while status == RUN.MORE:
-        run_structure.n_events = 0
+        run_structure.n_events = run_structure.n_sides = 0
         started = time.perf_counter()
         status = call(instance.handle, c)
         yield time.perf_counter() - started
@@ -218,7 +231,7 @@ def _filled(c: Structure, request: Request, values: Vector) -> Structure:
     c.n_times, c.n_values = request.times.size, request.references.size
     c.times, c.references, c.values = address(request.times), address(request.references), address(values)
     c.allowance = ALLOWANCE
-    c.n_knots = c.n_inputs = 0
+    c.n_knots = c.n_inputs = c.side_capacity = 0
     if request.inputs:
         inputs, (times, knot_values, rates) = request.inputs
         c.n_knots, c.n_inputs = times.size, inputs.size

@@ -1,7 +1,5 @@
 """Runs over segments beside the logs: residuals of samples, of times of events and of joints, with their slopes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -10,8 +10,6 @@ constant residuals without slope: a bad guess, of which the search steps back, a
 Source of multiple shooting: Bock (1981), in Modelling of Chemical Reaction Systems, Springer Ser. Chem. Phys. 18, 102.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Logs in segments, each of which begins at a start state of its own; how sensors show them, and what is sought."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

@@ -4,8 +4,6 @@ A parameter whose sign is known is sought by its logarithm, within e^-3.5 to e^3
 declared; angles and what begins at zero are sought as they are. Without bounds one bad step gives no finite motion.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -15,8 +15,6 @@ Which disc touches is unknown until the changeover is known. First windows are t
 are off zero, whichever touches, and x is found by a scan of the misfit; then those where the disc that touches slips.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar

@@ -3,8 +3,6 @@
 Theta follows a small torque f as  Phi int Phi^-1 (0, f) dt,  Phi the motion's fundamental matrix.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

@@ -23,6 +23,7 @@ from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.read import read_loop
 from identification.hysteresis.result import FittedLaw, HysteresisFit, cycles_of
 from identification.hysteresis.spectrum import SliderSpectrum, fit_sliders
+from identification.hysteresis.verdicts import verdicts
 
 MOST = 2000  # samples of a log that laws are compared with
 ATTEMPTS = 4  # of a law whose first values are guesses
@@ -80,39 +81,13 @@ def identify_hysteresis(
         cycles=tuple(cycle for log in read for cycle in cycles_of(log)),
         laws=tuple(sorted(fitted, key=lambda law: law.worst)),
         load=load,
-        notes=(*notes, *_verdicts(read, spectrum, varied)),
+        notes=(*notes, *verdicts(read, spectrum, varied)),
     )
 
 
 def _ready(source: Loop, **how: Any) -> LoopLog:
     log = source if isinstance(source, LoopLog) else read_loop(os.fspath(source), **how)
     return log.smooth().from_largest()
-
-
-def _verdicts(logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool) -> list[str]:
-    """What the logs leave open."""
-    notes = []
-    if spectrum.is_rigid():
-        notes.append(
-            f"The stiffness is not determined: it is larger than {spectrum.stiffness_at_rest():.3g} N/m, for the force "
-            f"has risen where the way has gone {spectrum.bound.min():.2g} m."
-        )
-    if not spectrum.slides.any() or spectrum.sliding_force() == 0:
-        notes.append("Nothing gives way within these loops: a spring tells all that they show.")
-    if spectrum.spring_beside() < -0.05 * spectrum.stiffness_at_rest():
-        notes.append("The spring beside the sliders is negative: a force that falls with the way, which no slider has.")
-    for log in logs:
-        if log.load is None or spectrum.left(log) == 0:
-            continue
-        ignored = replace(log, load=None)
-        without = fit_sliders([ignored], rate=spectrum.rate).left(ignored)
-        notes.append(
-            f"The force of {log.name} is taken in proportion to its load: {100 * spectrum.left(log):.3g} % are left of "
-            f"it, {100 * without:.3g} % where the load is ignored."
-        )
-    if varied:
-        notes.append("Laws are fitted to logs of one condition: name these alone, without factors.")
-    return notes
 
 
 def _fitted(

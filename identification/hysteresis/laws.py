@@ -15,6 +15,7 @@ from fmu_models.language.hysteresis.contact import Hysteresis
 from fmu_models.language.hysteresis.dahl import Dahl
 from fmu_models.language.hysteresis.iwan4 import Iwan4
 from fmu_models.language.hysteresis.law import HysteresisLaw
+from fmu_models.language.hysteresis.play import Play
 from fmu_models.language.hysteresis.sliders import MaxwellSlip
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Input, Parameter
@@ -44,8 +45,8 @@ class LoopLaw:
     def saturated(self, values: Values, reach: float) -> dict[str, float]:
         """States at a far turn in positive direction, m, of a way that goes ``reach`` to either side."""
         law = self.at(values)
-        full = [min(float(value), reach) for value in law.full]
-        return {state.name: value for state, value in zip(law.states(HELD, "m"), full, strict=False)}
+        full = [min(float(value), reach) for value in law.lowered.full]
+        return {state.name: value for state, value in zip(law.lowered.states(HELD, "m"), full, strict=False)}
 
 
 def loop_model(law: LoopLaw, *, rate: bool) -> Mechanism:
@@ -164,17 +165,36 @@ PINCHED = BoucWenBaberNoori(
     **{name: Parameter(name, 0.1, unit, meaning, minimum=0.0) for name, (unit, meaning) in _ENERGY.items()},
 )
 
+_DAHL = LoopLaw(
+    "Dahl",
+    Dahl(sigma=_stiff("sigma"), F_c=Parameter("F_c", 1.0, "N", "sliding force", positive=True)),
+    lambda spectrum: {"sigma": spectrum.stiffness_at_rest(), "F_c": spectrum.sliding_force()},
+)
+
+
+def _behind_play(law: LoopLaw) -> LoopLaw:
+    """The law behind a backlash, whose width nothing tells beforehand; sliders have taken it for softness."""
+    w = Parameter("w", 0.01, "m", "backlash to either side", positive=True)
+
+    def first(spectrum: SliderSpectrum) -> dict[str, float]:
+        return {**law.first(spectrum), "w": spectrum.reach / 10}
+
+    def bounds(spectrum: SliderSpectrum) -> dict[str, tuple[float, float]]:
+        wide = {name: (value / 30, 30 * value) for name, value in law.first(spectrum).items()}
+        return wide | {"w": (spectrum.reach / 300, 0.9 * spectrum.reach)}
+
+    return LoopLaw(f"Play-{law.name}", Play(law.law, w), first, guesses=64, bounds=bounds)
+
+
 LAWS: dict[str, LoopLaw] = {
     law.name: law
     for law in (
         _sliders(1),
         _sliders(2),
         _sliders(4),
-        LoopLaw(
-            "Dahl",
-            Dahl(sigma=_stiff("sigma"), F_c=Parameter("F_c", 1.0, "N", "sliding force", positive=True)),
-            lambda spectrum: {"sigma": spectrum.stiffness_at_rest(), "F_c": spectrum.sliding_force()},
-        ),
+        _DAHL,
+        _behind_play(_sliders(2)),
+        _behind_play(_DAHL),
         LoopLaw(
             "Iwan4",
             Iwan4(
@@ -200,6 +220,8 @@ def _in_numbers(law: Any, values: Values) -> HysteresisLaw:
     def number(part: object) -> object:
         if isinstance(part, Parameter):
             return float(values[part.name])
+        if isinstance(part, HysteresisLaw):
+            return _in_numbers(part, values)
         return [number(inner) for inner in part] if isinstance(part, list | tuple) else part
 
     return replace(law, **{entry.name: number(getattr(law, entry.name)) for entry in fields(law)})

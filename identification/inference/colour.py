@@ -9,8 +9,6 @@ not: with an AR(1) of .95 its deviations are up to 1.7 times smaller, and plain 
 Source: Brockwell & Davis (1991), Time Series: Theory and Methods, sections 5.2, 8.2, 9.3.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

@@ -19,8 +19,6 @@ Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773 (what a lead in BIC means: ab
 very strong).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any

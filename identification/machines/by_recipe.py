@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,8 +18,7 @@ from fmu_models.language.mechanism import Mechanism
 from identification.inference.lmfit_exchange import NOTHING
 from identification.inference.problem import identifier
 from identification.machines.axis import CARRIED, Model, Term, check_terms, declared_axis, read_model
-from identification.machines.identify import METHODS, solve_machine
-from identification.machines.inverse import identify_machine
+from identification.machines.identify import solve_machine
 from identification.machines.joint_laws import with_laws
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import Cutoffs, JointMotion, MachineLog
@@ -29,9 +27,6 @@ from identification.machines.verdicts import BIASED
 from identification.measurement.recipe import ACCELERATION, EFFORT, POSITION, TIME, VELOCITY, WEIGHT, Recipe
 from identification.measurement.signals import Piece, Prepared, decimated, decimating, prepare, turning_of
 from rig_io.packages.datapackage import read_columns
-
-if TYPE_CHECKING:
-    from lmfit import Parameters
 
 CHECKED = 10.0  # Hz
 
@@ -128,41 +123,6 @@ def recipe_machine(recipe: Recipe) -> RecipeMachine:
     mechanism = declared_axis(model.terms, turning, title=recipe.title, source=recipe.source)
     _check_apart(recipe, model.terms, mechanism)
     return RecipeMachine(recipe, model, mechanism)
-
-
-def inverse_dynamics(
-    recipe: Recipe,
-    logs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    held_out: Sequence[str | os.PathLike[str]] = (),
-    *,
-    parameters: Parameters | None = None,
-    reader: Reference | None = None,
-    repair: Collection[str] = (),
-    progress: Callable[[float], None] | None = None,
-) -> MachineFit:
-    """Fit a recipe's terms to a log or several by least squares with the recipe's own filters, judge them, compare the
-    friction laws that it names, and score other logs with the same values.
-
-    parameters: first values, bounds and held parameters of the terms, by name (Fv+ is called Fv_plus). reader, repair:
-    as in `rig_io.read_log`.
-
-    Raises:
-        StickslipError: as in `recipe_machine` and `identify_machine`, or a log cannot be read or does not fit.
-    """
-    machine = recipe_machine(recipe)
-    paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
-    seen, others = (machine.logs(group, reader=reader, repair=repair) for group in (paths, held_out))
-    fit = identify_machine(
-        machine.mechanism,
-        seen,
-        known=machine.known(None),
-        cutoff=None,
-        method=METHODS[1],
-        parameters=parameters,
-        held_out=others,
-        progress=progress,
-    )
-    return machine.compared(fit, seen)
 
 
 def _check_apart(recipe: Recipe, terms: Sequence[Term], mechanism: Mechanism) -> None:

@@ -1,7 +1,5 @@
 """Logs of a bench as points beside the motions of a scene, which has its own values: nothing is fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -11,8 +11,6 @@ Above the bifurcation there is no cycle: two motions that slide steadily agree, 
 differ, whatever their curves.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby

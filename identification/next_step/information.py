@@ -6,8 +6,6 @@ D: slopes of what is measured by the parameters, start states projected out; P: 
 by the geometric mean of sd', which no unit enters.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -24,7 +24,7 @@ from identification.report.calibration_summary import (
     verdicts,
 )
 from identification.report.citations import calibration_citations
-from identification.report.page import Findings, PageSection, bullets, drawing, paragraph, warned
+from identification.report.page import Findings, PageSection, bullets, counted, drawing, paragraph, warned
 
 BESIDE = (
     "Each measured variable over time and of the model (line), what is left, and the variable over its rate, both by "
@@ -73,9 +73,7 @@ class CalibrationFindings(Findings):
             unit = "" if worst.unit in ("", "1") else f" {worst.unit}"
             sentences.append(f"Least well known is {worst.name}: {worst.value:.4g} +- {sd:.2g}{unit}.")
         sentences += followed_sentences(found, self.followed)
-        count = len(verdicts(found))
-        verdict = {0: "There are no verdicts against it.", 1: "There is one verdict (below)."}
-        return [*sentences, verdict.get(count, f"{count} verdicts (below).")]
+        return [*sentences, counted("verdict", verdicts(found))]
 
     def values(self) -> list[str]:
         """Parameters and start states, what their intervals rest on, verdicts."""

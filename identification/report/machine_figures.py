@@ -46,16 +46,12 @@ def machine_fit_figure(
     grid = figure.add_gridspec(2 * rows, len(ratios), height_ratios=(2.2, 1) * rows, width_ratios=ratios)
     pieces = [*seen, *held_out]
     begins, ends = _places(pieces)
-    time = _joined([piece.time - piece.time[0] + begin for piece, begin in zip(pieces, begins, strict=True)])
     above = None
     for place, score in enumerate(fit.joints):
         row, column = 2 * (place % rows), place // rows
         above = figure.add_subplot(grid[row, column], sharex=above)
         below = figure.add_subplot(grid[row + 1, column], sharex=above)
-        measured = _joined([piece.measured[:, place] for piece in pieces])
-        modelled = _joined([piece.modelled[:, place] for piece in pieces])
-        above.plot(time, measured, color=BLUE, linewidth=1.6, label="measured")
-        above.plot(time, modelled, color="black", linewidth=0.9, linestyle="--", label="model")
+        time, measured, modelled = _draw_both(above, pieces, place)
         below.plot(time, measured - modelled, color=RED, linewidth=0.8)
         below.axhline(0.0, color="black", linewidth=0.8)
         above.set_ylabel(f"effort ({score.unit})")
@@ -66,7 +62,7 @@ def machine_fit_figure(
         above.set_title(f"{score.joint}: error {error}{off}", fontsize="medium")
         above.tick_params(labelbottom=False)
         if place % rows == rows - 1 or place == count - 1:
-            below.set_xlabel("time, logs one after another (s)" if len(pieces) > 1 else "time (s)")
+            below.set_xlabel(_time(pieces))
         for axes in (above, below):
             _mark(axes, begins[len(seen) :], ends[len(seen) :])
     if above is not None:
@@ -86,16 +82,24 @@ def draw_effort(fit: MachineFit, axes: Axes) -> None:
     """Effort in time of the joint that is predicted worst, measured and of the model."""
     place = max(range(len(fit.joints)), key=lambda joint: fit.joints[joint].seen.relative_error)
     pieces = fitted_efforts(fit)
+    _draw_both(axes, pieces, place)
+    axes.set(xlabel=_time(pieces), ylabel=f"effort of {fit.joints[place].joint} ({fit.joints[place].unit})")
+
+
+def _draw_both(axes: Axes, pieces: Sequence[Predicted], place: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Effort of a joint, measured and of the model, pieces one after another: time, s, and both, (n,) each."""
     begins, _ = _places(pieces)
     time = _joined([piece.time - piece.time[0] + begin for piece, begin in zip(pieces, begins, strict=True)])
     measured = _joined([piece.measured[:, place] for piece in pieces])
     modelled = _joined([piece.modelled[:, place] for piece in pieces])
     axes.plot(time, measured, color=BLUE, linewidth=1.6, label="measured")
     axes.plot(time, modelled, color="black", linewidth=0.9, linestyle="--", label="model")
-    axes.set(
-        xlabel="time, logs one after another (s)" if len(pieces) > 1 else "time (s)",
-        ylabel=f"effort of {fit.joints[place].joint} ({fit.joints[place].unit})",
-    )
+    return time, measured, modelled
+
+
+def _time(parts: Sequence[object]) -> str:
+    """What stands below times of logs or pieces of them."""
+    return "time, logs one after another (s)" if len(parts) > 1 else "time (s)"
 
 
 def _draw_friction(places: Sequence[Axes], mechanism: Mechanism, fit: MachineFit, seen: Sequence[Predicted]) -> None:
@@ -138,7 +142,7 @@ def machine_runs_figure(fit: MachineFit, runs: Sequence[MachineRun]) -> Figure:
         above.set_ylabel(f"{score.joint} ({score.unit})")
         above.grid(alpha=0.25)
         if place >= count - columns:
-            above.set_xlabel("time, logs one after another (s)" if len(runs) > 1 else "time (s)")
+            above.set_xlabel(_time(runs))
     if above is not None:
         figure.legend(
             *above.get_legend_handles_labels(), loc="outside lower left", ncols=2, fontsize="small", frameon=False

@@ -14,7 +14,7 @@ from identification.report.citations import machine_citations
 from identification.report.law_table import LEGEND
 from identification.report.machine_figures import machine_fit_figure, machine_runs_figure
 from identification.report.machine_tables import laws_tables, meaning, parameters_table, runs_table, scores_table
-from identification.report.page import Findings, PageSection, bullets, drawing, paragraph, warned
+from identification.report.page import Findings, PageSection, bullets, counted, drawing, paragraph, warned
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +62,7 @@ class MachineFindings(Findings):
                 f"Run from the measured state, it stays within {100 * share:.1f} % of the motion over "
                 f"{self.runs[0].window:g} s (root mean square; worst '{joint}' in {log})."
             )
-        verdicts = {0: "There are no verdicts against it.", 1: "There is one verdict (below)."}
-        return [*said, verdicts.get(len(fit.verdicts), f"{len(fit.verdicts)} verdicts (below).")]
+        return [*said, counted("verdict", fit.verdicts)]
 
     def values(self) -> list[str]:
         """Parameters, what they rest on, verdicts."""

@@ -118,6 +118,14 @@ def warned(heading: str, sentences: Sequence[str]) -> list[str]:
     return [f"<h3>{escape(heading)}</h3>", bullets(sentences, "warning")] if sentences else []
 
 
+def counted(kind: str, sentences: Sequence[str]) -> str:
+    """How many verdicts or warnings stand below. kind: "verdict" or "warning"."""
+    count = len(sentences)
+    against = " against it" if kind == "verdict" else ""
+    few = {0: f"There are no {kind}s{against}.", 1: f"There is one {kind} (below)."}
+    return few.get(count, f"{count} {kind}s (below).")
+
+
 def paragraph(text: str, kind: str = "") -> str:
     """Of text. kind: "about" for what explains a table, or ""."""
     mark = f' class="{kind}"' if kind else ""

@@ -15,7 +15,7 @@ from identification.model_check.table import bifurcation_sentences, metrics_tabl
 from identification.next_step.design import Design
 from identification.report import tables
 from identification.report.citations import citations
-from identification.report.page import Findings, PageSection, bullets, drawing, nested, paragraph, warned
+from identification.report.page import Findings, PageSection, bullets, counted, drawing, nested, paragraph, warned
 from rig_io.logs.log import RigLog
 
 INTERVALS = (
@@ -97,11 +97,7 @@ class RigFindings(Findings):
                 if wrong
                 else "The residuals show no trend over the slip speed and no course that repeats from slip to slip."
             )
-        count = len(fit.warnings)
-        said.append(
-            {0: "There are no warnings.", 1: "There is one warning (below)."}.get(count, f"{count} warnings (below).")
-        )
-        return said
+        return [*said, counted("warning", fit.warnings)]
 
     def values(self) -> list[str]:
         """Parameters, what their intervals hold, warnings."""

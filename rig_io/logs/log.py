@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.errors import StickslipWarning as StickslipWarning
 from fmu_models.base.shown import Shown, Tabular, span
 from rig_io.logs.arrangement import Arrangement
 
@@ -24,10 +25,6 @@ if TYPE_CHECKING:
 
 Kind = Literal["stick-slip", "free-decay"]
 GAP = 5.0  # sample intervals: across a longer step nothing may be filtered or simulated
-
-
-class StickslipWarning(UserWarning):
-    """Something in the data that was mended and that the user should know of."""
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,11 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
+from recipe_fit import inverse_dynamics
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from identification.inference.uncertainty import QUANTILE, bartlett, newey_west, plain_covariance
-from identification.machines.by_recipe import inverse_dynamics
 from identification.measurement.recipe import read_recipe
 
 HIGHEST, SETTLE = 60, 2000  # order; samples

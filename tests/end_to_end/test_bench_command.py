@@ -24,7 +24,7 @@ def test_a_short_scene_in_json_csv_page_and_figure(monkeypatch, capsys, tmp_path
     files = {kind: tmp_path / f"bench.{kind}" for kind in ("csv", "html", "svg")}
     code, out, _ = run(
         *(monkeypatch, capsys, "discontinuous_support_table_1", "--until", 6.283185307179586, "--json", *words),
-        *("--csv", files["csv"], "--page", files["html"], "--figure", files["svg"]),
+        *("-o", files["csv"], "--page", files["html"], "--figure", files["svg"]),
     )
     assert code == 0
     (scene,) = json.loads(out)["scenes"]

@@ -86,6 +86,21 @@ def test_a_chart_a_section_and_a_spectrum(stickslip):
     assert lines["amplitude"][1] == pytest.approx(0.03590083221883138, abs=1e-12)
 
 
+def test_a_return_map_without_a_scene(stickslip):
+    """The least angle of the woodpecker on its periodic motion, as the event-driven code of test_woodpecker has it."""
+    toy = ("woodpecker", "--level", "w_S=0", "--returns", "phi_S", "--cap", 4, "--json")
+    least = stickslip("section", *toy, "--accept", "lower_friction=0", "--transient", 40, "--points", 2).json
+    assert least["states"] == ["phi_S"] and least["points"] == [pytest.approx([-0.529471967111], abs=1e-11)] * 2
+    other = stickslip("section", *toy, "--start", "y=1", "--transient", 0, "--points", 1).json["points"]
+    assert other == [pytest.approx([-0.529471967111], abs=1e-11)]  # from any height
+    never = stickslip("section", *toy[:-3], "--cap", 0.5, "--accept", "lower_friction=3")
+    assert never.code == 2 and "does not return within 0.5 s" in " ".join(never.err.split())
+    follows = ("--accept", "lower_friction=0", "--over", "eN1=0.17:0.2", "--box", "phi_S=-0.8:-0.7", "--scans", 3)
+    asked = (*follows, "--noise", 1e-11, "--accuracy", 1e-10)
+    (collision,) = stickslip("crossings", *toy, *asked).json["special"]
+    assert (collision["value"], collision["x"]) == pytest.approx((0.1851269509, -0.7577872573), abs=1e-9)
+
+
 def test_a_scene_says_how_many_periods_of_the_forcing_a_step_takes(stickslip):
     """Its motion repeats after three of them, which is one step."""
     assert stickslip("spectrum", "discontinuous_support_period_3", "--json").json["period"] == 1
@@ -101,7 +116,12 @@ def test_a_scene_says_how_many_periods_of_the_forcing_a_step_takes(stickslip):
         (("diagram", *SUPPORT, "--over", "omega=0.9:1:3", "--over", "f0=0:1:3"), "1 range is needed"),
         (("basins", *SUPPORT, "--over", "y=0:1:3"), "no state 'y'"),
         (("section", *SUPPORT, "--level", "x=0", "--impacts", "support"), "name one of them"),
+        (("crossings", "woodpecker", "--returns", "phi_S", "--over", "eN1=0:1"), "--level STATE=VALUE --returns STATE"),
+        (("section", "woodpecker", "--level", "w_S=0", "--cap", "4"), "--level STATE=VALUE --returns STATE"),
+        (("section", *SUPPORT, "--level", "x=0", "--returns", "v"), "and no period"),
+        (("crossings", "woodpecker", "--level", "w_S=0", "--over", "eN1=0:1"), "Take a return map of one state"),
         (("section", "henon", "--period", "1"), "is a map"),
+        (("section", "henon", "--level", "x=0", "--returns", "x"), "is a map"),
         (("spectrum", "henon"), "is a map"),
         (("lyapunov", "henon", "-o", "x.txt"), ".csv"),
         (("lyapunov", "henon", "--figure", "x.gif"), "known format"),

@@ -43,7 +43,7 @@ def test_scenes_are_listed(stickslip):
 
 
 def test_a_scene_is_shown_run_and_compared(stickslip, tmp_path):
-    code, out, _ = stickslip("scene", "disc_rig_class_a", "--csv", "out.csv", "--figure", "out.svg", "--json")
+    code, out, _ = stickslip("scene", "disc_rig_class_a", "-o", "out.csv", "--figure", "out.svg", "--json")
     content = json.loads(out)
     assert code == 0 and content["passed"]
     assert [row["at"] for row in content["results"]] == [0.2, 0.41, 0.83]

@@ -139,6 +139,10 @@ def _by_fmpy(path: Path, interface: str, until: float | None) -> Run | None:
     description = fmpy.read_model_description(str(path), validate=False)
     if not _offers(description, interface):
         return None
+    if description.fmiVersion == "1.0" and description.modelExchange:
+        description.modelExchange.needsCompletedIntegratorStep = (
+            True  # always; fmpy calls it where the attribute says so
+        )
     asked = Experiment.of(path, description, until)
     names = _recorded(description, asked)
     known = {v.name for v in description.modelVariables}
@@ -151,6 +155,7 @@ def _by_fmpy(path: Path, interface: str, until: float | None) -> Run | None:
     def once(tolerance: float, step: float) -> pd.DataFrame:
         result: Any = fmpy.simulate_fmu(
             str(path),
+            model_description=description,
             validate=False,
             fmi_type=interface,
             start_time=asked.start,

@@ -38,7 +38,7 @@ def reference(path: Path, times: np.ndarray, values: np.ndarray, name: str = "x"
     pd.DataFrame({"time": times, name: values}).to_csv(path.with_name(f"{path.stem}_ref.csv"), index=False)
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("fmi", [1, 2, 3])
 def test_a_right_fmu_passes_and_a_wrong_level_of_its_reference_does_not(fmi: int, tmp_path: Path) -> None:
     path = foreign("ball", tmp_path, fmi)
     times = np.union1d(np.arange(51) / 50, [BOUNCE])

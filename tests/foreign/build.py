@@ -14,7 +14,7 @@ def build(target: Path, source: Path, description: str, identifier: str, *, opti
     """Write the FMU ``target`` of the C file ``source`` (which may include its neighbours); returns ``target``."""
     texts = {file.name: file.read_bytes() for file in source.parent.iterdir() if file.suffix in (".c", ".h")}
     fmi3_platform, fmi2_platform, _, suffix = this_platform()
-    platform = fmi2_platform if 'fmiVersion="2.0"' in description else fmi3_platform
+    platform = fmi3_platform if 'fmiVersion="3.0"' in description else fmi2_platform
     library = target.with_suffix(suffix)
     compile_shared(texts, library, files=(source.name,), options=(*FLAGS, "-Wno-unused-parameter", *options))
     with zipfile.ZipFile(target, "w") as archive:

@@ -1,4 +1,4 @@
-"""Every model of ``models/``, built once a session for both versions of FMI."""
+"""Every model of ``models/``, built once a session for all versions of FMI."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from models import Models, foreign
 from fmu_models.fmu.fmu import Fmu
 
 
-@pytest.fixture(scope="session", params=[2, 3], ids=["fmi2", "fmi3"])
+@pytest.fixture(
+    scope="session", params=[pytest.param(1, marks=pytest.mark.nightly), 2, 3], ids=["fmi1", "fmi2", "fmi3"]
+)
 def fmi(request: pytest.FixtureRequest) -> int:
     return request.param
 

@@ -1,4 +1,4 @@
-"""Small FMUs written by hand, as somebody else would; ``models/`` has one C file for each. FMI 2 and FMI 3 of all."""
+"""Small FMUs written by hand, as somebody else would; ``models/`` has one C file for each. FMI 1, 2 and 3 of all."""
 
 from __future__ import annotations
 
@@ -113,12 +113,43 @@ MODELS = {
 
 def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
     """The FMU ``name`` in ``folder``."""
-    description = _two(name, MODELS[name]) if fmi == 2 else _three(name, MODELS[name])
-    options = (f"-DFMI={fmi}", "-Wno-unused-function", *ORDERS.get(order := name.partition("_")[0], ()))
+    description = (_one, _two, _three)[fmi - 1](name, MODELS[name])
+    order = name.partition("_")[0]
+    options = (f"-DFMI={fmi}", f"-DPREFIX={name}_", "-Wno-unused-function", *ORDERS.get(order, ()))
     source = FOLDER / f"{name.removeprefix(f'{order}_') if order in ORDERS else name}.c"
     if not source.exists():
         source = FOLDER / f"{name.rpartition('_')[0]}.c"
     return build(folder / f"{name}{fmi}.fmu", source, description, name, options=options)
+
+
+def _one(name: str, m: Foreign) -> str:
+    reals = [
+        (s, i + 1, 'causality="output"', f' start="{v}"')
+        for i, (s, v) in enumerate(zip(m.states, m.starts, strict=True))
+    ]
+    reals += [(f"der({s})", 101 + i, "", "") for i, s in enumerate(m.states)]
+    reals += [
+        (p, 201 + i, 'causality="input"' if p in m.inputs else 'variability="parameter"', f'{_unit(p)} start="{v}"')
+        for i, (p, v) in enumerate(m.parameters)
+    ]
+    reals += [(e, 151 + i, 'causality="output"', "") for i, e in enumerate(m.echoes)]
+    lines = [f'<ScalarVariable name="{n}" valueReference="{i}" {kind}><Real{v}/>' for n, i, kind, v in reals]
+    lines += [
+        f'<ScalarVariable name="{w}" valueReference="{401 + i}" causality="output" variability="discrete"><Integer/>'
+        for i, w in enumerate(m.numbers)
+    ]
+    any_step = f'canHandleVariableCommunicationStepSize="{_word(m.any_step)}"'
+    stepped = f"<CoSimulation_StandAlone><Capabilities {any_step}/></CoSimulation_StandAlone>"
+    units = '<UnitDefinitions><BaseUnit unit="rad/s"/></UnitDefinitions>' if _units(m) else ""
+    variables = "\n".join(f"{line}</ScalarVariable>" for line in lines)
+    return f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="1.0" modelName="{name}" modelIdentifier="{name}" guid="{name}"
+numberOfContinuousStates="{len(m.states)}" numberOfEventIndicators="{m.indicators}">
+{units}{_experiment(m)}<ModelVariables>
+{variables}
+</ModelVariables>{f"<Implementation>{stepped}</Implementation>" if m.co_simulation else ""}
+</fmiModelDescription>
+"""
 
 
 def _two(name: str, m: Foreign) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from build import build
-from models import FOLDER, MODELS, Models, _three, _two
+from models import FOLDER, MODELS, Models, _one, _three, _two
 
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
@@ -42,8 +42,8 @@ def test_a_failure_for_good_is_told_at_its_time(model: Models) -> None:
 
 
 def test_an_fmu_without_reset_is_instantiated_again(tmp_path: Path, fmi: int) -> None:
-    described = (_two if fmi == 2 else _three)("dahlquist", MODELS["dahlquist"])
-    options = (f"-DFMI={fmi}", "-Wno-unused-function", "-DNO_RESET")
+    described = (_one, _two, _three)[fmi - 1]("dahlquist", MODELS["dahlquist"])
+    options = (f"-DFMI={fmi}", "-DPREFIX=dahlquist_", "-Wno-unused-function", "-DNO_RESET")
     path = build(tmp_path / "once.fmu", FOLDER / "dahlquist.c", described, "dahlquist", options=options)
     with Driver(path) as driver:
         assert not driver._instance.calls.function[0]  # it has none

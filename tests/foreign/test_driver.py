@@ -146,7 +146,7 @@ def test_derivatives_that_are_no_numbers(tmp_path: Path) -> None:
 
 
 def test_an_error_of_the_fmu_comes_with_what_it_said(model: Models, fmi: int) -> None:
-    function = "fmi2GetDerivatives" if fmi == 2 else "fmi3GetContinuousStateDerivatives"
+    function = ("fmiGetDerivatives", "fmi2GetDerivatives", "fmi3GetContinuousStateDerivatives")[fmi - 1]
     with pytest.raises(MotionError, match=rf"{function} fails at t = .*The FMU says: no rates beyond t = 1"):
         simulate_any(model("grumble"), 2.0)
 

@@ -48,7 +48,9 @@ def settled(system: FmuSection) -> PeriodicMotion:
 @pytest.mark.parametrize(
     ("name", "said", "digits"), [("forced", "directional", 1e-12), ("forced_silent", "rates", 1e-10)]
 )
-def test_a_strobe_is_the_closed_form_and_so_is_its_derivative(model, name, said, digits):
+def test_a_strobe_is_the_closed_form_and_so_is_its_derivative(model, fmi, name, said, digits):
+    if fmi == 1:
+        said, digits = "rates", 1e-10  # it has no directional derivatives
     strobe = Strobe(model(name), forcing="omega")
     made = strobe.step(POINTS)
     assert made.points == pytest.approx(forced(POINTS, 0.0, PERIOD), abs=1e-11)

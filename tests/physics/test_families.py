@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fmu_models import maps
 from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.basins import basins
-from fmu_models.analyses.bifurcation import find_bifurcations
+from fmu_models.analyses.bifurcation import Bifurcation, find_bifurcations
 from fmu_models.analyses.chart import chart
 from fmu_models.analyses.diagram import orbit_diagram
 from fmu_models.analyses.lyapunov import Exponents, lyapunov
@@ -31,6 +31,7 @@ from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.periodic import PeriodicMotion, find_cycles, motion_at
 from fmu_models.sections.return_map import ReturnMap
 from fmu_models.sections.strobe import Strobe
+from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.sections import Section
 
 REFERENCE = json.loads((Path(__file__).parent / "families_reference.json").read_text("utf-8"))
@@ -231,13 +232,21 @@ def test_errors_of_exponents_are_what_seeds_scatter_by():
     assert 0.6 < np.mean(pulls**2) < 1.6
 
 
+def bifurcations(
+    system: SectionSystem, parameter: str, ends: tuple[float, float], guess: list[list[float]]
+) -> list[Bifurcation]:
+    cycles = find_cycles(system.at(**{parameter: ends[0]}), np.array([guess]))
+    assert len(cycles) == 1
+    return find_bifurcations(system, parameter, ends, cycles)
+
+
 def test_bifurcations_of_the_support():
-    (fold,) = find_bifurcations(support(ks=10.0), "omega", 1.15, 1.2, guess=[[-0.5, 6.5]])
+    (fold,) = bifurcations(support(ks=10.0), "omega", (1.15, 1.2), [[-0.5, 6.5]])
     assert (fold.kind, fold.value) == ("saddle-node", pytest.approx(1.193153181280957, abs=1e-11))
     assert fold.motion.points[0] == pytest.approx([-2.5011941030198823, 6.0673139812037205], abs=1e-5)
-    (flip,) = find_bifurcations(support(**TABLE_2), "omega", 0.98, 0.968, guess=[[1.54, 0.9]])
+    (flip,) = bifurcations(support(**TABLE_2), "omega", (0.98, 0.968), [[1.54, 0.9]])
     assert (flip.kind, flip.value) == ("flip", pytest.approx(0.969351239042579, abs=1e-11))
-    (hinged,) = find_bifurcations(hinge(0.429), "f", 0.429, 0.425, guess=[[-5e-6, 0.033, 0, 0]])
+    (hinged,) = bifurcations(hinge(0.429), "f", (0.429, 0.425), [[-5e-6, 0.033, 0, 0]])
     assert (hinged.kind, hinged.value) == ("flip", pytest.approx(0.4262883801239, abs=1e-11))
 
 

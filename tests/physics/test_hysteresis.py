@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -372,6 +373,55 @@ def test_sliders_behind_a_play_follow_it(way: np.ndarray) -> None:
     assert given_way(law, "backlash", way) == pytest.approx(expected, abs=1e-12)
 
 
+def test_laws_behind_a_play_follow_it(way: np.ndarray) -> None:
+    """Dahl's and Bouc and Wen's law along the way that the play operator leaves: rounding."""
+    played = way - stop(way, 0.3)
+    behind = given_way(Play(law=Dahl(sigma=3.0, F_c=0.8), w=0.3), "dahl_backlash", way)
+    assert behind == pytest.approx(of_dahl_along(played, 3.0, 0.8), abs=1e-11)
+    for n in (1, 2):
+        law = BoucWen(k=3.0, beta=1.1, gamma=0.4, n=n)
+        expected = given_way(law, f"bouc_wen_{n}_way", played)
+        assert given_way(Play(law=law, w=0.3), f"bouc_wen_{n}_backlash", way) == pytest.approx(expected, abs=1e-11)
+
+
+def behind_a_play(end: float, y: np.ndarray, width: float, sigma: float, F_c: float) -> np.ndarray:
+    """x, v, what the play has taken up and Dahl's elongation at the end: free or at a side of the play by turns."""
+    t, side = 0.0, 0.0
+    while t < end:
+
+        def moved(t: float, y: np.ndarray, side: float = side) -> list[float]:
+            push = drive(t, y) - sigma * y[3]
+            held = side * side
+            return [y[1], push, (1 - held) * y[1], held * y[1] * (1 - side * sigma * y[3] / F_c)]
+
+        over: list = [lambda t, y, s=s: s * y[2] - width for s in (1, -1)]
+        if side:
+            over = [lambda t, y, side=side: -side * y[1]]
+        for event in over:
+            event.terminal, event.direction = True, 1
+        run: Any = solve_ivp(moved, (t, end), y, "DOP853", events=over, rtol=1e-13, atol=1e-15, max_step=0.02)
+        t, y = run.t[-1], run.y[:, -1]
+        side = 0.0 if side else float(np.sign(y[2]))
+    return y
+
+
+def test_a_body_on_a_backlash_before_a_smooth_law_moves_as_event_split_integration_says() -> None:
+    """States to 1e-10, their derivatives to the 1e-7 of differences of the other integration by 1e-5."""
+    names = ("x", "v", "h_play", "h_z")
+    begin, values = np.array([0.0, 1.0, 0.0, 0.0]), {"width": 0.3, "sigma": 3.0, "F_c": 0.8}
+    units = {"width": "m", "sigma": "N/m", "F_c": "N"}
+    w, sigma, F_c = (Parameter(name, value, units[name], name, positive=True) for name, value in values.items())
+    model = load(bodily(Play(law=Dahl(sigma=sigma, F_c=F_c), w=w), name="mass_on_backlash"))
+    run = KeptRun(model)(END, start={"v": 1.0})
+    assert [run[name][-1] for name in names] == pytest.approx(behind_a_play(END, begin, **values), abs=1e-10)
+    assert len(run.events) > 10
+    with SensitiveRun(model, by=list(values), recorded=names) as kept:
+        derivative = kept.run([END], start={"v": 1.0}).derivative[0]
+    for column, name in enumerate(values):
+        near = [behind_a_play(END, begin, **values | {name: values[name] + step}) for step in (1e-5, -1e-5)]
+        assert derivative[:, column] == pytest.approx((near[0] - near[1]) / 2e-5, abs=2e-7, rel=1e-6)
+
+
 def test_iwan_comes_to_the_four_parameters(way: np.ndarray) -> None:
     """Sliding force and stiffness at rest are met exactly; the virgin curve to the square of the cells' width."""
     law = Iwan4(F_S=2.0, K_T=5.0, chi=-0.5, beta=0.4, sliders=30)
@@ -403,7 +453,7 @@ def test_dahl_on_a_way_is_its_closed_form(way: np.ndarray) -> None:
     [
         (lambda: MaxwellSlip(k=[1.0], D=[0.1, 0.2]), "1 stiffnesses and 2 bounds"),
         (lambda: BoucWen(k=1.0, beta=1.0, gamma=0.0, n=1.5), "must be a whole number"),  # type: ignore[arg-type]
-        (lambda: Play(law=Dahl(sigma=1.0, F_c=1.0), w=0.1), "Play stands before sliders"),  # type: ignore[arg-type]
+        (lambda: Play(law=LuGre(Coulomb(N=N, mu=mu), sigma0=1.0, sigma1=0.0), w=0.1), "Play stands before a law"),  # type: ignore[arg-type]
         (lambda: bodily(Coulomb(N=N, mu=mu)), "Coulomb is no law with memory"),
         (lambda: bodily(Dahl(sigma=1.0, F_c=1.0), way=x.v), "it says where the contact is"),
         (lambda: bodily(MaxwellSlip(k=[k], D=[Parameter("D", 0.1, "rad/s", "bound")])), "'h_upper'"),

@@ -28,7 +28,10 @@ def motions(name: str, period: int = 1, *, backward: bool = False, **values: flo
 
 
 def met(name: str, parameter: str, begin: float, end: float, period: int = 1, **values: float) -> list[Bifurcation]:
-    return list(find_bifurcations(at(name, backward=False, **values), parameter, begin, end, period=period))
+    cycles = [
+        motion.points for motion in find_periodic(at(name, backward=False, **{**values, parameter: begin}), period)
+    ]
+    return find_bifurcations(at(name, backward=False, **values), parameter, (begin, end), cycles)
 
 
 def test_henon_fixed_points_and_eigenvalues():

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from benchmark_scripts import benchmark_script
 from known_deviation import deviation
+from recipe_fit import inverse_dynamics
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.load import load
 from identification.calibration.calibrate import calibrate
-from identification.machines.by_recipe import inverse_dynamics, recipe_machine
+from identification.machines.by_recipe import recipe_machine
 from identification.machines.inverse import identify_machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.predicted import fitted_efforts

@@ -1,4 +1,4 @@
-"""Rolling resistance against closed forms: a wheel that rolls without slip on a plane.
+"""Rolling resistance, friction of an angle, against closed forms: a wheel that rolls without slip on a plane.
 
 (J + m r^2) omega' = M - mu_r N r sgn(omega),    N = m g
 """
@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from fmu_models import Coordinate, Input, Mechanism, Output, Parameter, RollingResistance, load, simulate
-from fmu_models.base.errors import StickslipError
+from fmu_models import Coordinate, Coulomb, Friction, Input, Mechanism, Output, Parameter, load, simulate
 from fmu_models.language.contact_kinds import SLIP_PLUS, STICK
 
 m = Parameter("m", 2.0, "kg", "mass of the wheel", positive=True)
@@ -18,7 +17,7 @@ g = Parameter("g", 9.81, "m/s2", "gravity", minimum=0.0)
 mu_r = Parameter("mu_r", 0.015, "1", "coefficient of rolling resistance", minimum=0.0)
 M = Input("M", 0.0, "N m", "driving moment")
 angle = Coordinate("phi", "rad", "angle of the wheel", velocity="w", v_start=3.0)
-ROAD = RollingResistance(name="road", slip=angle.v, N=m * g, r=r, mu_r=mu_r, description="wheel on the road")
+ROAD = Friction(name="road", slip=angle.v, law=Coulomb(m * g * r, mu_r), description="wheel on the road")
 WHEEL = Mechanism(
     name="wheel",
     title="Wheel that rolls without slip",
@@ -56,11 +55,3 @@ def test_it_holds_up_to_its_capacity_and_no_further(wheel, factor):
     # the difference of two moments that agree to 1 %
     assert run["w"][-1] == pytest.approx(expected, rel=1e-12, abs=1e-15)
     assert run["moment"][-1] == pytest.approx(-min(factor, 1.0) * CAPACITY, rel=1e-14)
-
-
-def test_it_is_of_an_angle_and_its_law_stays():
-    x = Coordinate("x", "m", "place", velocity="v")
-    with pytest.raises(StickslipError, match="contact 'road': slip = v is no angular speed"):
-        RollingResistance(name="road", slip=x.v, N=m * g, r=r, mu_r=mu_r)
-    with pytest.raises(StickslipError, match="contact 'road' of wheel has no law that could be another"):
-        WHEEL.law_of("road")

@@ -250,6 +250,18 @@ def test_diagrams_of_what_nothing_forces_show_maxima():
         orbit_diagram(Strobe(lorenz()), "rho", [28.0])
 
 
+def test_a_diagram_of_what_falls_shows_maxima_of_what_comes_back():
+    """The woodpecker's angle is largest where its beak is at the pole, least as the event-driven code of
+    test_woodpecker has it; its height drifts."""
+    toy = Strobe(load("woodpecker"))
+    found = orbit_diagram(toy, "eN1", [0.5, 0.51], of="phi_S", execution=ALONE)
+    assert (found.periods == 1).all() and found.shown[0, :, 0] == pytest.approx([0.12, 0.12], abs=1e-12)
+    least = orbit_diagram(toy, "eN1", [0.5], of="min(phi_S)", execution=ALONE)
+    assert least.shown[0, 0, 0] == pytest.approx(-0.529471967111, abs=1e-11)
+    with pytest.raises(StickslipError, match=r"'y' drifts.*Name a state that comes\s+back"):
+        orbit_diagram(toy, "eN1", [0.5])
+
+
 def test_a_woodpecker_falls_in_a_cycle():
     """Its height repeats itself never; the period of the event-driven code of test_woodpecker."""
     found = basins("woodpecker", execution=ALONE, w_S=np.linspace(-1.0, 1.0, 10))

@@ -45,7 +45,7 @@ NOT_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:[^"\\\n]|\\.)*"', re.DOTALL)
 DEFINITION = re.compile(
     r"^(?!static\b|typedef\b|struct\b|enum\b)[A-Za-z_][\w \t*]*?\b(\w+)\([^;{}]*\)\s*\{", re.MULTILINE
 )
-STANDARD = re.compile(r"fmi[23]\w+\.h")
+STANDARD = re.compile(r"fmi[123]\w+\.h")
 
 
 @cache

@@ -18,8 +18,6 @@ Sources: di Bernardo, Budd, Champneys, Kowalczyk, Piecewise-smooth Dynamical Sys
 Physica D 57 (1992) 39-57.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -249,6 +249,7 @@ static RunStatus advance_on_pieces(Run *r, double t, int stop_at_event, EventSin
             continue;
         }
         r->segment_event = 0;
+        if (r->look) r->look(r->look_context);
         const long events = r->events;
         if (transition_resolve(r, sink, context) == RUN_ERROR) return RUN_ERROR;
         if (stop_at_event && r->events > events) return RUN_EVENT;
@@ -263,6 +264,7 @@ RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void 
         RunStatus status = advance_on_pieces(r, fmin(t, r->tick), stop_at_event, sink, context);
         const long events = r->events;
         if ((status != RUN_OK && status != RUN_EVENT) || r->at.time < r->tick) return status;
+        if (r->look) r->look(r->look_context);
         if (transition_tick(r, sink, context) == RUN_ERROR) return RUN_ERROR;
         if (status == RUN_EVENT || (stop_at_event && r->events > events)) return RUN_EVENT;
         if (r->at.time >= t) return RUN_OK;

@@ -180,12 +180,6 @@ static RunStatus reconsider(Run *r, int *moved)
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
-RunStatus transition_reconsider(Run *r, int *moved)
-{
-    forget_event(r);
-    return reconsider(r, moved);
-}
-
 /* states jump where the contact's switching function reaches zero from the side it was on */
 static void jump(Run *r, int c, int *moved)
 {
@@ -197,6 +191,29 @@ static void jump(Run *r, int c, int *moved)
     placement_load(r);
     r->jumped[c] = 1;
     *moved = 1;
+}
+
+/* jumps of switches that were at zero when an input was touched, and would have fallen there: they go on through it */
+static void jump_at_zero(Run *r, int *moved)
+{
+    placement_load(r);
+    for (int c = 0; c < MODEL_NC; c++) {
+        const signed char state = r->at.state[c];
+        const int slips = state == CONTACT_SLIP_PLUS || state == CONTACT_SLIP_MINUS;
+        if (!slips || !(model_contact_resets[c] & 3) || !placement_at_zero_slip(r, c)) continue;
+        const signed char leaving = placement_leaving(r, c);
+        placement_load(r);
+        if (leaving == CONTACT_STICK || leaving == state) continue;
+        jump(r, c, moved);
+        r->events++;
+    }
+}
+
+RunStatus transition_reconsider(Run *r, int *moved)
+{
+    forget_event(r);
+    if (!r->starting) jump_at_zero(r, moved);
+    return reconsider(r, moved);
 }
 
 /* the jumps of all switches that fall, which may take others off the surface they slide along, or past it; a fallen

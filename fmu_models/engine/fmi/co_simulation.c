@@ -113,7 +113,12 @@ Status co_simulation_step(Instance *m, const char *function, double time, double
         return instance_refuse(m, "%s: the step ends at %.17g, after the stop time %.17g", function, end,
                                core->stop_time);
     if (m->takes_inputs && m->intermediate) ask_inputs(m, end - r->at.time);
+    const long events = r->events;
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
+    if (stop_at_event && r->events > events) { /* at the start itself */
+        *ended = (StepEnd){1, 1};
+        return STATUS_OK;
+    }
     memset(core->ticks, 0, sizeof core->ticks);
     if (MODEL_IS_MAP) {
         int stepped;

@@ -120,6 +120,8 @@ typedef struct {
     double paced_time, paced_span;
     double goal;   /* the time that the caller wants to reach, perhaps by many calls; -infinity if it is not sure to */
     long pause_at; /* steps at which run_advance returns for a while; 0 never */
+    void (*look)(void *context); /* called where an event waits, before anything has happened; may be NULL */
+    void *look_context;
     double pace_start; /* where the present pace is taken from, at how many steps and events */
     long pace_first_step, pace_first_event;
     char message[256]; /* reason of the last RUN_ERROR */

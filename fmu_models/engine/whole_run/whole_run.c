@@ -5,7 +5,7 @@
  *     repeat   at a knot: set the inputs and their rates, choose contact states again
  *              advance to the next knot or output time, note every change of contact state
  *              at an output time, or where a state crosses the level watched: record the values asked for
- *              (after the changes at that very time)
+ *              (after the changes at that very time); before and after a change too if both sides are asked for
  *     until    all output times are done; a buffer is or could become too full, or the allowance of steps is used up
  *
  * In the last cases it returns WHOLE_RUN_MORE; the caller empties the buffers and calls again with the same request.
@@ -64,6 +64,36 @@ static Status record(Instance *m, const WholeRun *run, double *row)
     return STATUS_OK;
 }
 
+typedef struct {
+    Instance *instance;
+    WholeRun *run;
+} Sides;
+
+static Status record_side(Instance *m, const WholeRun *run, int after)
+{
+    double *row = run->sides + (2 * run->n_sides + after) * (1 + run->n_values);
+    if (run->n_sides >= run->side_capacity || !run->next_time) return STATUS_OK;
+    if (!after && row[0] == m->core.run.at.time) return STATUS_OK; /* the first of several at one instant */
+    row[0] = m->core.run.at.time;
+    return record(m, run, row + 1);
+}
+
+/* what cannot be read before an event cannot be read after it, which is told then */
+static void look_before(void *context)
+{
+    const Sides *sides = context;
+    record_side(sides->instance, sides->run, 0);
+}
+
+/* after what may have been events: if there were any since, the side is done */
+static Status look_after(Instance *m, WholeRun *run, int64_t n_events)
+{
+    if (run->n_events == n_events) return STATUS_OK;
+    if (record_side(m, run, 1)) return STATUS_ERROR;
+    run->n_sides += run->n_sides < run->side_capacity && run->next_time;
+    return STATUS_OK;
+}
+
 static Status watch(Instance *m, const WholeRun *run)
 {
     int state;
@@ -102,14 +132,18 @@ static int proceed(Instance *m, WholeRun *run)
     while (run->next_time < run->n_times) {
         if (run->n_events >= run->event_capacity - reserve || r->steps >= last_step) return WHOLE_RUN_MORE;
         if (watches && run->n_crossings >= run->crossing_capacity) return WHOLE_RUN_MORE;
+        if (run->side_capacity && run->n_sides >= run->side_capacity) return WHOLE_RUN_MORE;
+        int64_t n_events = run->n_events;
+        if (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->at.time) record_side(m, run, 0);
         while (run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= r->at.time)
             if (whole_run_pass_knot(m, run)) return WHOLE_RUN_ERROR;
-        if (whole_run_settle(m, run)) return WHOLE_RUN_ERROR;
+        if (whole_run_settle(m, run) || look_after(m, run, n_events)) return WHOLE_RUN_ERROR;
         if (watches && !r->section.watched && watch(m, run)) return WHOLE_RUN_ERROR;
         double end = run->times[run->next_time];
         int knot_first = run->next_knot < run->n_knots && run->knot_times[run->next_knot] <= end;
         if (knot_first) end = run->knot_times[run->next_knot];
         if (r->at.time < end) {
+            n_events = run->n_events;
             RunStatus status = run_advance(r, end, 1, whole_run_note, run);
             if (status == RUN_ERROR) return whole_run_engine_failed(m);
             if (status == RUN_CROSSING) {
@@ -117,6 +151,7 @@ static int proceed(Instance *m, WholeRun *run)
                 run->n_crossings++;
                 continue;
             }
+            if (look_after(m, run, n_events)) return WHOLE_RUN_ERROR;
             if (status == RUN_PAUSED) return WHOLE_RUN_MORE;
             if (status == RUN_EVENT && r->at.time < end) continue;
         }
@@ -142,11 +177,15 @@ int stickslip_simulate(void *instance, WholeRun *run)
     /* what is watched, and how far it is to go, belong to the request: whoever abandons it leaves nothing behind */
     Run *r = &m->core.run;
     r->section = run->section;
+    Sides sides = {m, run};
+    r->look = run->side_capacity ? look_before : NULL;
+    r->look_context = &sides;
     int status = proceed(m, run);
     run->section = r->section;
     r->section.watched = 0;
     r->goal = -INFINITY;
     r->pause_at = 0;
+    r->look = NULL;
     whole_run_count(m, run);
     return status;
 }

@@ -25,6 +25,10 @@ typedef struct {
     double level;
     int32_t direction;
     uint32_t crossing_state;
+    /* both sides of instants with events between the output times: [side][before, after][time, then n_values]; none if
+       there is no room */
+    int64_t side_capacity, n_sides;
+    double *sides;
     /* steps of the engine after which to return for a while */
     int64_t allowance;
     /* progress, zero at the first call */

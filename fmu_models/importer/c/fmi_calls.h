@@ -6,6 +6,8 @@
 
 enum { FMI_OK, FMI_WARNING, FMI_DISCARD, FMI_ERROR };
 
+EXPORT void master_log3(void *environment, int status, const char *category, const char *message);
+
 typedef struct {
     int again; /* discrete states need another update */
     int terminate;

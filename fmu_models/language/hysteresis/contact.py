@@ -28,12 +28,13 @@ from fmu_models.language.quantities import TIME, ContactSymbol, Coordinate, Inpu
 
 
 class _Row(NamedTuple):
-    """A sign (outflow None) or a bound; ``symbols``: its force, value and sign."""
+    """A sign (outflow None) or a bound; ``symbols``: its force, value and sign; ``carries``: what its force moves."""
 
     name: str
     function: Expr
     outflow: Expr | None
     symbols: tuple[ContactSymbol, ContactSymbol, ContactSymbol]
+    carries: Mapping[InternalState, Expr] = {}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -76,13 +77,16 @@ class Hysteresis(Contact):
         signs = {name: self._symbols(f"{name}_side", units.get(name, unit)) for name in switches}
         for name, function in switches.items():
             yield _Row(f"{self.name}_{name}_side", function, None, signs[name])
-        flows = self.memory.rates(self.speed, self.states, {name: s[2] for name, s in signs.items()})
+        sides = {name: s[2] for name, s in signs.items()}
+        flows = self.memory.rates(self.speed, self.states, sides)
         for i, bound in self.memory.bounds().items():
-            number = str(i + 1) if len(self.states) > 1 else ""
+            number = str(i + 1) if len(self.memory.bounds()) > 1 else ""
             for side, outward in (("upper", 1), ("lower", -1)):
                 name = f"{side}{number}"
                 room = bound - outward * self.states[i]
-                yield _Row(f"{self.name}_{name}", room, outward * flows[i], self._symbols(name, unit))
+                along = self.memory.carried(self.states, sides, i, outward)
+                carries = {self.states[j]: rate for j, rate in along.items()}
+                yield _Row(f"{self.name}_{name}", room, outward * flows[i], self._symbols(name, unit), carries)
 
     def _symbols(self, row: str, unit: str) -> tuple[ContactSymbol, ContactSymbol, ContactSymbol]:
         names = {"force": per_second(unit), "value": unit, "sign": "1"}
@@ -95,7 +99,7 @@ class Hysteresis(Contact):
     @property
     def memory(self) -> HysteresisLaw:
         """The law; one of friction along the way."""
-        return self.law if isinstance(self.law, HysteresisLaw) else OfSlip(self.law)
+        return self.law.lowered if isinstance(self.law, HysteresisLaw) else OfSlip(self.law)
 
     @property
     def speed(self) -> Expr:
@@ -143,12 +147,13 @@ class Hysteresis(Contact):
             for bound in self.memory.bounds().values()
             if sympy.sympify(bound).free_symbols
         )
-        return (*self.memory.requirements, *bounds)
+        return (*self.law.requirements, *bounds)
 
     @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
         rows = (row.function for row in self.rows)
-        return tuple(map(sympy.sympify, (self.way, self.resistance, *self.rates, *rows)))
+        carried = (rate for row in self.rows for rate in row.carries.values())
+        return tuple(map(sympy.sympify, (self.way, self.resistance, *self.rates, *rows, *carried)))
 
     @property
     def symbols(self) -> set[sympy.Basic]:
@@ -185,6 +190,8 @@ class Hysteresis(Contact):
             dimension = units.expect(f"'{row.name}'", row.function, None)
             if row.outflow is not None and way is not None:
                 units.compare(f"a bound of contact '{self.name}'", dimension, way)
+            for state, rate in row.carries.items():
+                units.expect(f"the rate of {state.name}", rate * self.speed, per_second(state.unit))
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
         return tuple(self._lowered(rates, row) for row in self.rows)
@@ -197,4 +204,5 @@ class Hysteresis(Contact):
             return self._direction(rates, row.function, kind=SWITCH, sticks=False, **about)
         back = 1 + row.outflow
         about |= {"capacity": back, "capacity_minus": sympy.S.Zero, "force": (1 - sign) / 2 * back}
+        about["carries"] = row.carries
         return self._direction(rates, row.function, kind=YIELD, sticks=True, **about)

@@ -6,6 +6,8 @@ x way, F force that resists it. A law is made of numbers and parameters alone; i
 knows their names and the unit of the way.
 """
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -43,6 +45,16 @@ class HysteresisLaw(ABC):
     def bounds(self) -> dict[int, Expr]:
         """D_i by the number of the state, of those that have a bound."""
         return {}
+
+    def carried(self, z: Sequence[Expr], signs: Mapping[str, Expr], bound: int, outward: int) -> dict[int, Expr]:
+        """Rates of further states by their number, per unit of speed at which a state is held at its ``bound``;
+        ``outward``: +1 at the upper, -1 at the lower end."""
+        return {}
+
+    @property
+    def lowered(self) -> HysteresisLaw:
+        """The law as a contact computes it."""
+        return self
 
     @property
     def full(self) -> tuple[Expr, ...]:

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.contacts import Requirement
 from fmu_models.language.hysteresis.law import Expr, HysteresisLaw
 from fmu_models.language.quantities import InternalState
 
@@ -31,7 +30,7 @@ class Sliders(HysteresisLaw):
 
     def states(self, name: str, unit: str) -> tuple[InternalState, ...]:
         return tuple(
-            InternalState(f"{name}_z{i}", unit, f"elongation of spring {i} of {name}", nominal=_size(bound))
+            InternalState(f"{name}_z{i}", unit, f"elongation of spring {i} of {name}", nominal=size(bound))
             for i, (_, bound) in enumerate(self.elements, 1)
         )
 
@@ -69,35 +68,7 @@ class MaxwellSlip(Sliders):
         return tuple(zip(self.k, self.D, strict=True))
 
 
-@dataclass(frozen=True)
-class Play(Sliders):
-    """A backlash before sliders: they follow the way only where it has gone ``w`` (m) to either side.
-
-    A slider behind a play is the difference of two: stop_D(play_w(x)) = stop_(D + w)(x) - stop_w(x).
-    """
-
-    law: Sliders
-    w: Expr
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.law, Sliders):
-            raise StickslipError(
-                f"Play stands before sliders, MaxwellSlip or Iwan4; found {type(self.law).__name__}. Fit sliders to "
-                "its loop, or declare a body without friction between the play and the force."
-            )
-
-    @property
-    def elements(self) -> tuple[tuple[Expr, Expr], ...]:
-        """Those of the law, further away by the play, and the play itself."""
-        elements = self.law.elements
-        return (*((k, bound + self.w) for k, bound in elements), (-sympy.Add(*(k for k, _ in elements)), self.w))
-
-    @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        return self.law.requirements
-
-
-def _size(bound: Expr) -> float:
+def size(bound: Expr) -> float:
     """A bound in numbers, by the values of its parameters; 1 where that is none."""
     values = {s: getattr(s, "value", 1.0) for s in sympy.sympify(bound).free_symbols}
     return abs(float(sympy.sympify(bound).subs(values))) or 1.0

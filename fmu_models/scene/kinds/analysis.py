@@ -16,8 +16,8 @@ def kind_of(analysis: Analysis) -> Kind:
         computation = scene.compute
         settings: dict[str, Any] = {**differing, **computation.settings}
         subject: Any = fmu
-        if "closed_form" in settings:  # the model of a scene has what is constant in it no more
-            settings["constants"] = scene.parameters
+        # the model of a scene has what is constant in it no more
+        settings |= {argument: scene.parameters for name, argument in constants.items() if name in settings}
         section = computation.forcing or computation.period or computation.level or computation.impacts or fmu.signals
         if analysis.subject == OSCILLATOR or (analysis.subject == EITHER and not (section or scene.of_map)):
             settings["parameters"] = constants_of(scene, run)
@@ -43,6 +43,9 @@ def kind_of(analysis: Analysis) -> Kind:
     }
     differing = {
         name: declared.in_scene for name, declared in declared_options.items() if declared.option.in_scene is not None
+    }
+    constants = {
+        name: declared.option.constants for name, declared in declared_options.items() if declared.option.constants
     }
     return Kind(
         compute,

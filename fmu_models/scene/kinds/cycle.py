@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.scene.kinds.kind import Kind, Row, with_events
+from fmu_models.scene.kinds.kind import Kind, Row
 from fmu_models.scene.kinds.trajectory import run_row
 from fmu_models.scene.scene import Scene
 from fmu_models.sections.cycles import last_cycle
@@ -27,7 +27,7 @@ def _cycle(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
         values |= {f"{name}_min": cycle.minimum[name], f"{name}_max": cycle.maximum[name]}
     values |= {f"{name}_stick": share for name, share in cycle.stick.items()}
     last = np.linspace(cycle.start, cycle.start + cycle.period, scene.compute.samples)
-    return Row(None, values, simulate(fmu, float(last[-1]), output_times=with_events(last, cycle.events), **run))
+    return Row(None, values, simulate(fmu, float(last[-1]), output_times=last, sides=True, **run).drawn)
 
 
 KIND = Kind(_cycle)

@@ -3,42 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
-
-from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.reduce import declared
-from fmu_models.scene.scene import Scene
+from fmu_models.scene.scene import Compute, Scene
 from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.return_map import ReturnMap
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
-from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section
-from fmu_models.simulation.trajectory import Event, Trajectory
+from fmu_models.simulation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from fmu_models.language.maps import Map
     from fmu_models.sections.iteration import Iteration
-
-
-def with_events(times: Vector, events: Sequence[Event]) -> Vector:
-    """Ascending times with both sides of each event between them, so that drawn lines have its corner or its jump."""
-    inside = np.array([event.time for event in events if times[0] < event.time < times[-1]])
-    sides = (np.nextafter(inside, -np.inf), inside, np.nextafter(inside, np.inf))
-    return np.unique(np.concatenate([times, *sides]))
-
-
-def drawn_run(fmu: Fmu, stop_time: float, times: Vector, **run: Any) -> Trajectory:
-    """A run at times and at both sides of its events, which a first run finds."""
-    events = simulate(fmu, stop_time, output_times=times[-1:], **run).events
-    return simulate(fmu, stop_time, output_times=with_events(times, events), **run)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,15 +115,21 @@ def section_of(
         if forcing or not (computation.forcing or computation.period)
         else period(scene, parameters) / computation.periods
     )
-    common: dict[str, Any] = {"forcing": forcing, "period": length, "parameters": constants}
+    return section_at(fmu, computation, scene.start, forcing=forcing, period=length, parameters=constants)
+
+
+def section_at(
+    fmu: Fmu, computation: Compute, start: Mapping[str, float], **common: Any
+) -> Strobe | Crossing | Impacts | ReturnMap:
+    """The section that a computation names; start: of a return map's other states; common: of ``FmuSection``."""
     if computation.impacts is not None:
         return Impacts(fmu, computation.impacts, **common)
     if computation.level:
         ((state, value),) = computation.level.items()
         if computation.returns:
             section = Section(state, value, -1 if computation.down else 1)
-            how: dict[str, Any] = {"cap": computation.cap, "start": scene.start, "accept": computation.accept}
-            return ReturnMap(fmu, computation.returns, section=section, **how, parameters=constants)
+            how: dict[str, Any] = {"cap": computation.cap, "start": start, "accept": computation.accept}
+            return ReturnMap(fmu, computation.returns, section=section, **how, parameters=common["parameters"])
         return Crossing(fmu, state, value, -1 if computation.down else 1, **common)
     return Strobe(fmu, every=computation.periods, autonomous=computation.autonomous, **common)
 

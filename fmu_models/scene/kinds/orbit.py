@@ -10,10 +10,11 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.scene.kinds.kind import Kind, Row, drawn_run, period, section_of
+from fmu_models.scene.kinds.kind import Kind, Row, period, section_of
 from fmu_models.scene.scene import Scene
 from fmu_models.sections.amounts import Measured
 from fmu_models.sections.orbits import find_orbit
+from fmu_models.simulation.run import simulate
 
 
 def _orbit(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
@@ -27,7 +28,7 @@ def _orbit(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     values = {"period": orbit.period, **orbit.start, "stable": float(orbit.stable), "residual": orbit.residual}
     times = np.linspace(0.0, orbit.period, computation.samples)
     run = {**fixed, "start": dict(orbit.start)}
-    trajectory = drawn_run(fmu, orbit.period, times, **run)
+    trajectory = simulate(fmu, orbit.period, output_times=times, sides=True, **run).drawn
     sides = Measured(fmu).extremes((0.0, orbit.period), run)
     for name, (low, high) in sides.items():
         values |= {f"{name}_min": low, f"{name}_max": high}

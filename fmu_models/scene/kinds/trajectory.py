@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.scene.kinds.kind import Kind, Row, drawn_run
+from fmu_models.scene.kinds.kind import Kind, Row
 from fmu_models.scene.scene import Scene
+from fmu_models.simulation.run import simulate
 
 FIRST = 12  # events whose times are told
 
@@ -18,7 +19,7 @@ FIRST = 12  # events whose times are told
 def run_row(scene: Scene, fmu: Fmu, run: dict[str, Any]) -> Row:
     """The run of a scene, at ``samples`` times."""
     times = np.linspace(0.0, run["stop_time"], scene.compute.samples)
-    trajectory = drawn_run(fmu, times=times, **run)
+    trajectory = simulate(fmu, output_times=times, sides=True, **run).drawn
     values = {name: float(trajectory[name][-1]) for name in (*fmu.states, *fmu.outputs)}
     for name in (*fmu.states, *fmu.outputs):
         values |= {f"{name}_min": float(trajectory[name].min()), f"{name}_max": float(trajectory[name].max())}

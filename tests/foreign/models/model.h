@@ -1,5 +1,5 @@
 /*
- * One small FMU for Model Exchange, FMI 2 or FMI 3 as -DFMI says. The C file that includes this defines before
+ * One small FMU for Model Exchange, FMI 1, 2 or 3 as -DFMI says. The C file that includes this defines before
  *
  *     NX, NZ, NP         numbers of states, indicators, parameters (NP may be 0)
  *     PARAMETERS         start values of the parameters, STARTS those of the states
@@ -27,7 +27,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if FMI == 2
+#if FMI == 1
+#include "fmi1Functions.h"
+#define BOOLEAN int
+#define STATUS fmi1Status
+#define NAME(suffix) plain_##suffix
+#define REFERENCE fmi1ValueReference
+#elif FMI == 2
 #include "fmi2Functions.h"
 #define BOOLEAN int
 #define STATUS fmi2Status
@@ -76,7 +82,10 @@ typedef struct {
     int qualifier[CLOCKS];
     void (*told)(void *environment);
 #endif
-#if FMI == 2
+#if FMI == 1
+    fmi1CallbackFunctions callbacks;
+    int initialized;
+#elif FMI == 2
     const fmi2CallbackFunctions *callbacks;
 #else
     fmi3LogMessageCallback log;
@@ -188,7 +197,9 @@ static STATUS set_one(Model *m, unsigned v, double value)
 
 static STATUS complain(Model *m)
 {
-#if FMI == 2
+#if FMI == 1
+    m->callbacks.logger(m, "model", fmi1Error, "logStatusError", "%s beyond t = %g", "no rates", 1.0);
+#elif FMI == 2
     m->callbacks->logger(m->callbacks->componentEnvironment, "model", fmi2Error, "logStatusError", "%s beyond t = %g",
                          "no rates", 1.0);
 #else
@@ -294,7 +305,9 @@ STATUS NAME(CompletedIntegratorStep)(void *c, BOOLEAN no_set, BOOLEAN *event, BO
 static void jacobian(Model *m, const double *seed, double *dx);
 #endif
 
-#if FMI == 2
+#if FMI == 1
+#include "model_fmi1.h"
+#elif FMI == 2
 #include "model_fmi2.h"
 #else
 #include "model_fmi3.h"

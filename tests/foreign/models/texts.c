@@ -56,14 +56,19 @@ static STATUS set_text(char *target, const char *value)
     return OK;
 }
 
-#if FMI == 2
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference *v, size_t n, fmi2String *values)
+#if FMI < 3
+#if FMI == 1
+#define STRING_FUNCTION(Name) F1(STATUS, Name)
+#else
+#define STRING_FUNCTION(Name) STATUS NAME(Name)
+#endif
+STRING_FUNCTION(GetString)(void *c, const REFERENCE *v, size_t n, const char **values)
 {
     for (size_t i = 0; i < n; i++)
         values[i] = text(c, v[i]);
-    return fmi2OK;
+    return OK;
 }
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference *v, size_t n, const fmi2String *values)
+STRING_FUNCTION(SetString)(void *c, const REFERENCE *v, size_t n, const char *const *values)
 {
     return set_text(v[0] == LABEL ? label : said, values[0]);
 }

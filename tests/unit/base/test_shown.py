@@ -11,6 +11,7 @@ import pytest
 from checkout import ROOT
 from matplotlib import pyplot
 from matplotlib.figure import Figure
+from recipe_fit import inverse_dynamics
 
 from fmu_models import (
     SensitiveRun,
@@ -33,7 +34,6 @@ from identification import (
     design,
     fit_free_decay,
     fit_friction,
-    inverse_dynamics,
     read_recipe,
     slip_statistics,
 )

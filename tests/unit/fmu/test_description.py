@@ -34,11 +34,20 @@ DESCRIPTIONS: dict[str, tuple[str | bytes, str]] = {
     "bad UTF-8": (XML.replace("Ramp", "R\xff").encode("latin-1"), "cannot be read"),
     "another root": ("<html/>", "describes 'html'"),
     "no version": (XML.replace('fmiVersion="2.0"', ""), "no fmiVersion"),
-    "FMI 1.0": (
-        XML.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'),
-        "FMI 1.0, and FMI 2.0 and 3.0 are read.* wrap it in",
+    "FMI 1.0 without a library": (XML.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'), "not the name of a library"),
+    "FMI 1.0 without states": (
+        XML.replace('fmiVersion="2.0"', 'fmiVersion="1.0" modelIdentifier="ramp"'),
+        "declares 'no' continuous states; expected 0 to 999999",
     ),
-    "FMI 4.0": (XML.replace('fmiVersion="2.0"', 'fmiVersion="4.0"'), "FMI 4.0. FMI 2.0 and 3.0 are read"),
+    "FMI 1.0 of a billion states": (
+        XML.replace('fmiVersion="2.0"', f'fmiVersion="1.0" modelIdentifier="r" numberOfContinuousStates="{10**9}"'),
+        "declares '1000000000' continuous states; expected 0 to 999999",
+    ),
+    "another FMI 1": (
+        XML.replace('fmiVersion="2.0"', 'fmiVersion="1.1" modelIdentifier="r" numberOfContinuousStates="1"'),
+        "version: 1.1",
+    ),
+    "FMI 4.0": (XML.replace('fmiVersion="2.0"', 'fmiVersion="4.0"'), "FMI 4.0. FMI 1.0, 2.0 and 3.0 are read"),
     "no interface": (XML.replace('<ModelExchange modelIdentifier="ramp"/>', ""), "neither Model Exchange nor"),
     "no guid": (XML.replace('guid="{ramp}"', ""), "no guid"),
     "no token": (XML3.replace('instantiationToken="{ramp}"', ""), "no instantiationToken"),

@@ -250,3 +250,41 @@ def test_the_command_says_it_writes_it_and_refuses(tmp_path, loop) -> None:
     again = runner.invoke(app, ["hysteresis", str(path), "--laws", "Dahll"])
     assert isinstance(again.exception, StickslipError)
     assert "Dahl" in str(again.exception)
+
+
+@pytest.fixture(scope="module")
+def slack(loop) -> LoopLog:
+    """The two sliders behind a backlash, with noise of 1e-3 of the force."""
+    way, _ = loop
+    played = way - of_sliders(way, [1.0], [0.15])
+    return noisy(way, of_sliders(played, [3.0, 1.0], [0.1, 0.5]), 5, of_force=1e-3)
+
+
+def test_a_backlash_that_sliders_cannot_have_is_said(loop, slack) -> None:
+    notes = identify_hysteresis(slack, laws=[]).notes
+    assert any("shows a backlash of about 0.3 m" in note for note in notes)
+    way, force = loop
+    assert not any(
+        "backlash" in note for note in identify_hysteresis(noisy(way, force, 5, of_force=1e-3), laws=[]).notes
+    )
+
+
+@pytest.mark.nightly
+def test_a_law_behind_a_backlash_is_found(slack) -> None:
+    """Width to 1e-3, springs and bounds to 1 %, from no start values."""
+    fit = identify_hysteresis(slack, laws=["Play-MaxwellSlip-2"])
+    values = fit.best.values
+    assert values["w"] == pytest.approx(0.15, abs=1e-3)
+    pairs = sorted((values[f"D_{i}"], values[f"k_{i}"]) for i in (1, 2))
+    assert pairs == [pytest.approx((0.1, 3.0), rel=0.01), pytest.approx((0.5, 1.0), rel=0.01)]
+    assert fit.law().w == pytest.approx(0.15, abs=1e-3)  # type: ignore[attr-defined]
+
+
+def test_loops_that_do_not_close_are_said(loop) -> None:
+    way, force = loop
+    drifting = noisy(way, force + np.linspace(0.0, 0.2, len(way)), 6, of_force=1e-3)
+    said = [note for note in identify_hysteresis(drifting, laws=[]).notes if "do not close" in note]
+    assert len(said) == 1 and "by 0.1" in said[0]
+    for seed in range(4):
+        notes = identify_hysteresis(noisy(way, force, seed, of_force=0.02), laws=[]).notes
+        assert not any("close" in note for note in notes)

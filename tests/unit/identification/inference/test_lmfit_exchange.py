@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from linear_problem import Curve, line, linear
 from machine_log import log_of, recipe_of
+from recipe_fit import inverse_dynamics
 from short_bench import bench
 from some_nightly import some_nightly
 
@@ -20,7 +21,6 @@ from identification.inference.lmfit_exchange import Solved, given
 from identification.inference.problem import information, solve
 from identification.inference.profile import profile
 from identification.inference.uncertainty import student
-from identification.machines.by_recipe import inverse_dynamics
 from identification.measurement.pooled import Pool
 from identification.measurement.recipe import read_recipe
 from identification.next_step.design import design

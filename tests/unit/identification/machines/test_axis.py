@@ -11,6 +11,7 @@ import sympy
 from checkout import ROOT
 from lmfit import Parameters
 from machine_log import LINEAR, MEASURED, log_of, motion, recipe_of, slide
+from recipe_fit import inverse_dynamics
 from sympy.parsing.sympy_parser import implicit_multiplication, parse_expr, standard_transformations
 from typer.testing import CliRunner
 from whole_application import app
@@ -19,7 +20,7 @@ from fmu_models.base.errors import StickslipError
 from identification.fitted_model.machine import machine_with
 from identification.inference.problem import identifier
 from identification.machines.axis import KINDS, Term, declared_axis
-from identification.machines.by_recipe import inverse_dynamics, recipe_machine
+from identification.machines.by_recipe import recipe_machine
 from identification.machines.inverse import identify_machine
 from identification.machines.machine_fit import read_machine_fit
 from identification.machines.regressor import regressor_of

@@ -12,12 +12,13 @@ import pytest
 from asked import Asked
 from machine_log import LINEAR, MEASURED, motion, recipe_of, table_of
 from made import formats
+from recipe_fit import inverse_dynamics
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.toml_document import Document
 from identification.inference.problem import Solution, solve
 from identification.machines.axis import read_model
-from identification.machines.by_recipe import inverse_dynamics, motions_of, recipe_machine
+from identification.machines.by_recipe import motions_of, recipe_machine
 from identification.machines.problem import machine_problem
 from identification.machines.regressor import base_parameters, regressor_of
 from identification.machines.rows import rows_of

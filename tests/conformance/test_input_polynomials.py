@@ -137,7 +137,7 @@ def asked(fmu: Fmu, answer: Callable[[Face, float], None], names: list[str]) -> 
         if sets:
             answer(one, time)
 
-    options = {"requiredIntermediateVariables": [fmu.variables[name].valueReference for name in names]}
+    options: dict[str, Any] = {"requiredIntermediateVariables": [fmu.variables[name].valueReference for name in names]}
     with face(fmu, intermediateUpdate=update, eventModeUsed=False, **options) as one:
         one.initialize()
         yield one, seen

@@ -79,6 +79,7 @@ class ReturnMap(SectionSystem):
         self._run: dict[str, Any] = {**constants, "tolerance": tolerance}
         self._follower = SectionFollower(fmu, section, **self._run)
         self.values = {**self._run["parameters"], **self._run["inputs"]}
+        self._latest: tuple[Mapping[str, float], Self] | None = None
 
     @property
     def name(self) -> str:
@@ -96,13 +97,16 @@ class ReturnMap(SectionSystem):
 
     def at(self, **values: float) -> Self:
         """The map at other values of parameters and inputs."""
-        for name, value in values.items():
-            self.check(name, np.array([value], dtype=float))
+        if self._latest and self._latest[0] == values:  # as iterates and searches ask, again and again
+            return self._latest[1]
+        check_names(self.fmu, "parameter", values, self.parameters)
         run: dict[str, Any] = dict(self._run)
         for kind, changed in self.fmu.settings(values).items():
             run[kind] = {**run[kind], **{name: float(value) for name, value in changed.items()}}
         how: dict[str, Any] = {"section": self.section, "cap": self.cap, "start": self._start, "accept": self._accept}
-        return type(self)(self.fmu, self.state, **how, **run)
+        system = type(self)(self.fmu, self.state, **how, **run)
+        self._latest = values, system
+        return system
 
     def identity(self) -> dict[str, Any]:
         """The identity with the section, the start, and the FMU's token and hash."""
@@ -117,10 +121,11 @@ class ReturnMap(SectionSystem):
         return {**super().identity(), **section, **fmu, **given}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_follower"}
+        return {name: value for name, value in vars(self).items() if name not in ("_follower", "_latest")}
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         vars(self).update(state)
+        self._latest = None
         self._follower = SectionFollower(self.fmu, self.section, **self._run)
 
     def check(self, name: str, values: Vector) -> None:

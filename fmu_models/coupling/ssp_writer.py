@@ -223,7 +223,7 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
         component = SubElement(
             _child(top, "Elements"), _tag("ssd:Component"), name=name, source=sources[name], type=FMU[1]
         )  # fmt: skip
-        kinds = {"input": unit.fmu.inputs, "output": unit.fmu.outputs, "parameter": unit.fmu.parameters}
+        kinds = {"input": unit.fmu.inputs, "output": unit.fmu.ports, "parameter": unit.fmu.parameters}
         ends = [n for u, n in (*used, *shown) if u == name]
         for kind, names in kinds.items():
             also = sorted(n for n in ends if unit.fmu.variables[n].causality == kind)
@@ -240,7 +240,7 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
             SubElement(element, _tag("ssc:LinearTransformation"), numbers)
     for end, text in outer.items():
         _add_connection(top, *((("", text), end) if end in free else (end, ("", text))))
-    units = (_unit(fmu, name) for fmu in fmus.values() for name in (*fmu.inputs, *fmu.outputs, *fmu.parameters))
+    units = (_unit(fmu, name) for fmu in fmus.values() for name in (*fmu.inputs, *fmu.ports, *fmu.parameters))
     _add_units(root, "ssd:Units", [*fmus.values()], dict.fromkeys(units))
     SubElement(root, _tag("ssd:DefaultExperiment"), _times(system))
     return _bytes(root)

@@ -101,7 +101,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real length, fmi2Boolean 
     Model *m = c;
     while (do_step(m, t + length))
         update(m);
-    return m->terminates ? fmi2Discard : fmi2OK;
+    return m->terminates || DISCARDS(m) ? fmi2Discard : fmi2OK;
 }
 fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }
 #define ASK(Name, Value)                                                                                               \

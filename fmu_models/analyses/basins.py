@@ -23,7 +23,7 @@ from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.store import PROVENANCE, told
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.subject import Subject
-from fmu_models.sections.system import SectionSystem
+from fmu_models.sections.system import SectionSystem, listed
 
 if TYPE_CHECKING:
     import xarray
@@ -160,12 +160,7 @@ def grid_of(
     """
     if not axes:
         raise StickslipError(f"Name the states of {system.name} that the grid is over, as x=[...]: {system.states}.")
-    values = {name: np.atleast_1d(np.asarray(numbers, dtype=float)) for name, numbers in axes.items()}
-    for name, coordinates in values.items():
-        if coordinates.ndim != 1 or not coordinates.size or not np.isfinite(coordinates).all():
-            raise StickslipError(
-                f"The values of '{name}' must be a list of finite numbers, found shape {coordinates.shape}."
-            )
+    values = {name: listed(name, numbers) for name, numbers in axes.items()}
     base = system.start({name: float(value[0]) for name, value in values.items()} | dict(start or {}))
     for name, coordinates in values.items():
         for extreme in (coordinates.min(), coordinates.max()):

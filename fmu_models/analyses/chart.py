@@ -29,7 +29,7 @@ from fmu_models.families import jobs as families
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.jobs import Jobs
 from fmu_models.families.store import PROVENANCE, told
-from fmu_models.sections.system import SectionSystem
+from fmu_models.sections.system import SectionSystem, listed
 from fmu_models.simulation.rows import RunRows
 
 if TYPE_CHECKING:
@@ -138,11 +138,9 @@ def chart(
     """
     if what not in WHAT:
         raise StickslipError(f"A chart shows one of {', '.join(WHAT)}, found '{what}'.")
-    values = {name: np.asarray(numbers, dtype=float) for name, numbers in axes.items()}
-    if len(values) != 2 or any(
-        value.ndim != 1 or not value.size or not np.isfinite(value).all() for value in values.values()
-    ):
-        raise StickslipError(f"A chart is over two parameters, each with a list of finite values, found {list(axes)}.")
+    values = {name: listed(name, numbers) for name, numbers in axes.items()}
+    if len(values) != 2:
+        raise StickslipError(f"A chart is over two parameters, found {list(axes)}.")
     if refine < 1 or refine & (refine - 1):
         raise StickslipError(f"The coarse grid is a power of two cells apart, found {refine}.")
     for name, coordinates in values.items():

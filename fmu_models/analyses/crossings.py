@@ -34,7 +34,7 @@ from fmu_models.base.shown import Pictured, Shown
 from fmu_models.sections.contour import FINE, JUMP, ZERO, Border, Tracer
 from fmu_models.sections.diagonal import find_crossings
 from fmu_models.sections.iteration import Iteration
-from fmu_models.sections.system import SectionSystem
+from fmu_models.sections.system import SectionSystem, ascending
 
 if TYPE_CHECKING:
     import pandas
@@ -196,12 +196,9 @@ def crossing_diagram(
     declared = {of: tuple(system.box[0].tolist())} if isinstance(system, Iteration) else {}
     for name in box:
         refuse_unknown(name, system.states, f"{system.name} has no state '{name}'.")
-    low, high = ({**declared, **box} or {of: (math.nan, math.nan)})[of]
-    if not (low < high and between[0] < between[1]):
-        raise StickslipError(
-            f"'{over}' goes from {between[0]:g} to {between[1]:g} and '{of}' from {low:g} to {high:g}: give two "
-            f"ascending numbers for each, those of '{of}' as box."
-        )
+    if not box and not declared:
+        raise StickslipError(f"Say in which range of '{of}' crossings are sought: two ascending numbers, as box.")
+    between, (low, high) = ascending(over, between), ascending(of, {**declared, **box}[of])
     system.check(over, np.array(between))
     noise = noise or 8.0 * np.finfo(float).eps * max(abs(low), abs(high))
     plane = between, (low, high)

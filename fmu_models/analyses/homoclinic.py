@@ -26,6 +26,7 @@ from fmu_models.analyses.saddle import Saddle, saddle_of
 from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Pictured
+from fmu_models.continuation.problem.problem import range_of
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section, SectionFollower, SectionPoint
@@ -106,9 +107,7 @@ def homoclinic(
     Raises:
         StickslipError: as ``saddle_of``; more than one direction to leave along, or no such value in the range.
     """
-    low, high = sorted(float(bound) for bound in between)
-    if not low < high or not np.isfinite([low, high]).all():
-        raise StickslipError(f"A range of '{over}' goes from one finite value to another, found {between}.")
+    low, high = range_of(over, between)
     saddle = saddle_of(fmu, dict(start or {}), {**(parameters or {}), over: (low + high) / 2})
     if len(saddle.unstable) != 1 or (saddle.values.real > 0.0).sum() != 1:
         raise StickslipError(

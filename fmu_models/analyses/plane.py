@@ -32,6 +32,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.amounts import Measured
 from fmu_models.sections.diagonal import find_crossings
 from fmu_models.sections.return_map import ReturnMap
+from fmu_models.sections.system import ascending
 from fmu_models.simulation.field import VectorField, is_forced
 from fmu_models.simulation.run import check_settings, simulate
 from fmu_models.simulation.sections import Section
@@ -358,11 +359,9 @@ def phase_plane(
 
 def _limits(fmu: Fmu, box: Box, limits: Vector) -> Vector:
     """(2, 2) with the ranges that are given."""
-    for state, (low, high) in box.items():
+    for state, ends in box.items():
         refuse_unknown(state, fmu.states, f"'{fmu.description.modelName}' has no state '{state}'.")
-        if not -math.inf < low < high < math.inf:
-            raise StickslipError(f"The box of '{state}' goes from {low:g} to {high:g}: give its least value first.")
-        limits[:, fmu.states.index(state)] = low, high
+        limits[:, fmu.states.index(state)] = ascending(state, ends)
     return limits
 
 

@@ -35,7 +35,7 @@ from fmu_models.sections.iteration import Iteration
 from fmu_models.sections.periodic import find_cycles
 from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.subject import Subject
-from fmu_models.sections.system import SectionSystem
+from fmu_models.sections.system import SectionSystem, ascending, listed
 
 if TYPE_CHECKING:
     import pandas
@@ -208,9 +208,7 @@ def basin_shares(
         StickslipError: unknown names, values out of range, a box without extent; as ``Runner``.
     """
     system = watched(system)
-    swept = np.asarray(values, dtype=float)
-    if swept.ndim != 1 or not swept.size or not np.isfinite(swept).all():
-        raise StickslipError(f"The values of '{over}' must be a list of finite numbers, found shape {swept.shape}.")
+    swept = listed(over, values)
     system.check(over, swept)
     corners = corners_of(system, box, start)
     plan: dict[str, Any] = {"analysis": "shares", "over": over, "values": swept, "starts": starts, "seed": seed}
@@ -232,9 +230,7 @@ def corners_of(system: SectionSystem, box: Box, start: Mapping[str, float] | Seq
     corners = np.tile(system.start(start), (2, 1))
     for name, ends in box.items():
         refuse_unknown(name, system.states, f"'{system.name}' has no state '{name}'.")
-        if len(ends) != 2 or not (np.isfinite(ends).all() and ends[0] < ends[1]):
-            raise StickslipError(f"The range of '{name}' must be two ascending numbers, found {list(ends)}.")
-        for end in ends:
+        for end in ascending(name, ends):
             system.start({name: end})
         corners[:, system.states.index(name)] = ends
     return corners

@@ -36,5 +36,6 @@ def model_description(structure: ModelStructure, token: str, fmi_version: str, t
     values: dict[str, Any] = {"structure": structure, "variables": structure.variables, "system": structure.system}
     values |= {"token": token, "tool": tool, "rights": rights.attributes}
     limits = declarations("engine/fmi/variables.h").constants("Most", "MOST_")
-    values |= {"log_categories": LOG_CATEGORIES, "output_order": limits.OUTPUT_ORDER}
+    order = limits.OUTPUT_ORDER if fmi_version == "2.0" else structure.output_order(limits.OUTPUT_ORDER)
+    values |= {"log_categories": LOG_CATEGORIES, "output_order": order}
     return render(f"fmi{fmi_version[0]}.xml.j2", **values)

@@ -50,19 +50,23 @@ class ModelStructure:
         velocities = [q.v for q in system.coordinates]
         self._rates = [] if system.rule else [*velocities, *system.rate_symbols, *system.internal_rates]
 
-    @property
+    @cached_property
     def output_unknowns(self) -> list[ModelUnknown]:
-        """Outputs, and the contact states among them, which depend on everything through the events; of a map its
-        states, which depend on all by its steps."""
-        if self.system.rule:
-            return [ModelUnknown(v) for v in self.variables.states]
+        """All outputs: states, which depend on themselves; what follows from them; and what changes at events alone,
+        which depends on everything through these, as the states of a map do."""
         unknowns = [
-            self._unknown(v, self._symbols([o.expression]), o.expression)
-            for v, o in zip(self.variables.outputs, self.system.outputs, strict=True)
+            *(ModelUnknown(v, (v.reference,), ("constant",)) for v in self.variables.states if not self.system.rule),
+            *self.derivative_unknowns,
+            *(
+                self._unknown(v, self._symbols([o.expression]), o.expression)
+                for v, o in zip(self.variables.outputs, self.system.outputs, strict=True)
+            ),
+            *self.indicator_unknowns,
         ]
-        return unknowns + [ModelUnknown(v) for v in self._shown_states]
+        known = {u.variable.reference: u for u in unknowns}
+        return [known.get(v.reference, ModelUnknown(v)) for v in self._outputs]
 
-    @property
+    @cached_property
     def derivative_unknowns(self) -> list[ModelUnknown]:
         """Derivatives of the states."""
         return [
@@ -70,7 +74,23 @@ class ModelStructure:
             for v, rate in zip(self.variables.derivatives, self._rates, strict=True)
         ]
 
-    @property
+    def output_order(self, highest: int) -> int:
+        """The order up to which derivatives in time of all outputs follow from inputs and their rates, at most
+        ``highest``: one more than the fewest integrations between. At least 1: an output that takes the rate of an
+        input at once, as a force in stick does, has it where it does not."""
+        inputs = {self.variables.references[u]: 0 for u in self.system.inputs}
+        apart = inputs | {self.variables.references[u.rate]: -1 for u in self.system.inputs}
+
+        def nearest(unknown: ModelUnknown) -> int:
+            return min((apart[r] for r in unknown.dependencies or () if r in apart), default=highest)
+
+        for _ in self.variables.states:
+            for rate in self.derivative_unknowns:
+                apart[rate.variable.derivative or 0] = nearest(rate) + 1
+        ports = [u for u in self.output_unknowns if u.variable.variability == "continuous"]
+        return max(1, min(highest, 1 + min(map(nearest, ports), default=highest)))
+
+    @cached_property
     def indicator_unknowns(self) -> list[ModelUnknown]:
         """Indicators of the contacts."""
         sources = []
@@ -99,7 +119,9 @@ class ModelStructure:
             else ModelUnknown(v)
             for v, e in zip(variables, sources, strict=True)
         ]
-        return unknowns + [ModelUnknown(v) for v in self._shown_states]
+        known = {u.variable.reference for u in unknowns}
+        exposed = [v for v in self._outputs if v.initial == "calculated" and v.reference not in known]
+        return sorted(unknowns + [ModelUnknown(v) for v in exposed], key=lambda u: u.variable.reference)
 
     def _start_values(self, expressions: Iterable[sympy.Expr]) -> set[sympy.Basic] | None:
         """What is given at the start behind expressions, parameters too; None if the state of a contact is."""
@@ -142,8 +164,8 @@ class ModelStructure:
         return ModelUnknown(variable, tuple(reference for reference, _ in ordered), tuple(kinds))
 
     @property
-    def _shown_states(self) -> list[Variable]:
-        return [v for v in self.variables.contact_states if v.causality == "output"]
+    def _outputs(self) -> list[Variable]:
+        return [v for v in self.variables.listed if v.causality == "output"]
 
     @cached_property
     def _free_accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:

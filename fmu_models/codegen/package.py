@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from fmu_models.base.cache import cache_folder, digest
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import is_sealed, refuse_existing, seal, write_whole
 from fmu_models.base.layout import SIGNALS
 from fmu_models.base.temporary import temporary_folder
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     Model = str | os.PathLike[str] | Mechanism | Automaton
 
 FMI_VERSIONS = ("2.0", "3.0")
-EXPOSED = ("states", "clocks")
 LANE_TABLES = "model_lanes.h"  # among the sources of a model that lanes follow
 
 
@@ -100,8 +99,8 @@ def export(
         contacts: names of those to keep; all if None.
         laws: per contact a law to build around its own: a name such as "lugre", a file or a module, as in ``LAWS``.
         values: of parameters, as start values in place of their defaults.
-        expose: "states" and "clocks" of the contacts are outputs and not local variables; the states are integers, the
-            clocks of FMI 3 are no numbers, and not every importer reads either.
+        expose: local variables that are to be outputs, by name; "states" and "clocks" are those of all contacts: the
+            states are integers, the clocks of FMI 3 are no numbers, and not every importer reads either.
         packaging: rights, platforms and progress.
         fmi_version: "2.0" or "3.0".
 
@@ -119,9 +118,7 @@ def export(
             shutil.copyfile(file, temporary)
         return path
     system = _lowered(model, contacts, laws)
-    if expose:
-        names = frozenset(contact.name for contact in system.contacts)
-        system = dataclasses.replace(system, **dict.fromkeys(_exposed(expose, fmi_version), names))
+    system = dataclasses.replace(system, exposed=_exposed(system, expose, fmi_version))
     changed = _with_values(system, values or {})
     return write(changed, path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)
 
@@ -291,14 +288,23 @@ def _laws(mechanism: Mechanism, laws: Mapping[str, str], beside: Path | None) ->
     return replaced
 
 
-def _exposed(expose: Sequence[str], fmi_version: str) -> list[str]:
-    """The fields of a system that say so."""
+def _exposed(system: HybridSystem, expose: Sequence[str], fmi_version: str) -> frozenset[str]:
+    """Names of the variables and clocks to expose."""
+    from fmu_models.codegen.variables import Variables
+
+    if not expose:
+        return frozenset()
+    variables = Variables(system)
+    clocks, states = ({v.name for v in kind} for kind in (variables.clocks, variables.contact_states))
+    groups = {"states": states, "clocks": clocks}
+    local = {v.name for v in variables.listed if v.causality in ("local", "output")} | clocks
     for name in expose:
-        if name not in EXPOSED:
-            raise StickslipError(f"There is no '{name}' to expose. Choose {' or '.join(EXPOSED)}.")
-    if "clocks" in expose and fmi_version == "2.0":
+        if name not in groups and name not in local:
+            raise StickslipError(f"There is no local '{name}' to expose.{nearest(name, (*groups, *local))}")
+    exposed = frozenset().union(*(groups.get(name, {name}) for name in expose))
+    if ("clocks" in expose or exposed & clocks) and fmi_version == "2.0":
         raise StickslipError("FMI 2.0 has no clocks to expose. Export FMI 3.0, or expose the states.")
-    return [f"shown_{name}" for name in expose]
+    return exposed
 
 
 def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSystem:

@@ -38,6 +38,8 @@ BASE_UNITS = {
 # what people read angles in; the speed that an input asks of a drive is one of turns
 DISPLAY_UNITS = {"rad": "deg", "rad/s": "deg/s", "rad/s2": "deg/s2"}
 DRIVE_DISPLAY_UNITS = {"rad/s": "rpm"}
+# states in these units are outputs, so that tools which list outputs only can connect a motion
+MOTIONS = ({"m": 1}, {"m": 1, "s": -1}, {"rad": 1}, {"s": -1, "rad": 1})
 
 
 def _role(causality: str, variability: str, initial: str | None = None, **others: Any) -> dict[str, Any]:
@@ -65,7 +67,7 @@ class Variable:
 
     Attributes:
         derivative: the reference of the state that it is the derivative of.
-        intermediate: it can be read inside a step of Co-Simulation (FMI 3).
+        intermediate: it can be read, an input set, inside a step of Co-Simulation (FMI 3).
         same_as: a variable listed before that is the same quantity.
     """
 
@@ -129,7 +131,8 @@ class Variables:
         self.references: dict[sympy.Basic, int] = {TIME: 1}
         self.parameters: dict[sympy.Basic, int] = {p: self._add_parameter(p).reference for p in system.parameters}
         for symbol in (*system.inputs, *(u.rate for u in system.inputs)):
-            variable = self._add("input", symbol.name, symbol.description, start=symbol.value, unit=symbol.unit)
+            values = {"start": symbol.value, "unit": symbol.unit, "intermediate": symbol in system.inputs}
+            variable = self._add("input", symbol.name, symbol.description, **values)
             self.references[symbol] = variable.reference
         self.states = [self._add_state(state) for state in system.states]
         self.memories = [self._add_memory(contact) for contact in system.contacts if contact.remembers]
@@ -154,6 +157,8 @@ class Variables:
     def _add(self, role: str, name: str, description: str, **attributes: Any) -> Variable:
         """A variable of a role; ``attributes`` go before those of the role."""
         reference = len(self.listed) + 1
+        if name in self.system.exposed:
+            attributes["causality"] = "output"
         variable = Variable(reference=reference, name=name, description=description, **{**ROLES[role], **attributes})
         self.listed.append(variable)
         return variable
@@ -179,7 +184,9 @@ class Variables:
 
     def _add_state(self, state: State) -> Variable:
         role, nominal = ("state of a map", None) if self.system.rule else ("state", state.nominal)
-        values = {"start": state.start, "unit": state.unit, "nominal": nominal}
+        values: dict[str, Any] = {"start": state.start, "unit": state.unit, "nominal": nominal}
+        if state not in self.system.internal_states and base_unit(state.unit) in MOTIONS:
+            values["causality"] = "output"
         variable = self._add(role, state.name, state.description, **values)
         self.references[state] = variable.reference
         return variable
@@ -204,7 +211,6 @@ class Variables:
             "contact state",
             f"{contact.name}_state",
             f"{contact.description}: {contact.kind.meaning}",
-            **({"causality": "output"} if contact.name in self.system.shown_states else {}),
             **{"declared_type": contact.kind.type_name, "minimum": min(states), "maximum": max(states)},
         )
 
@@ -212,11 +218,12 @@ class Variables:
         """The clocks of FMI 3, whose references follow those of the variables."""
         names = [(c, name) for c in self.system.contacts for name in c.clocks]
         for reference, (contact, name) in enumerate(names, start=len(self.listed) + 1):
+            exposed = f"{contact.name}.{name}" in self.system.exposed
             yield Variable(
                 reference=reference,
                 name=f"{contact.name}.{name}",
                 description=f"{contact.description}: {contact_kinds.TICKS[name]}",
-                causality="output" if contact.name in self.system.shown_clocks else "local",
+                causality="output" if exposed else "local",
                 variability="discrete",
             )
 

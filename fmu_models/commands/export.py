@@ -37,9 +37,10 @@ def export(
     contacts: console.Contacts = None,
     settings: console.Settings = None,
     expose: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
-            help="What of the contacts becomes outputs, by commas: 'states' (integers), 'clocks' (FMI 3, of events)."
+            help="A local variable that becomes an output; 'states' (integers) and 'clocks' (FMI 3) are those of all "
+            "contacts. By commas, or again and again."
         ),
     ] = None,
     platform: Annotated[
@@ -92,7 +93,11 @@ def export(
     if fitted is not None and not as_system:
         raise StickslipError("A parameter set is packed along with --ssp. For an FMU: stickslip apply FIT -o FILE.fmu")
     fmi = fmi or (SYSTEM_FMI if as_system else FMI)
-    chosen: dict[str, Any] = {"contacts": contacts, "values": values, "expose": console.names_of(expose)}
+    chosen: dict[str, Any] = {
+        "contacts": contacts,
+        "values": values,
+        "expose": console.names_of(",".join(expose or []) or None),
+    }
     if as_system:
         with console.progress("packing") as advance:
             chosen["packaging"] = Packaging(rights, names, advance)
@@ -110,7 +115,7 @@ def export(
         "bytes": written.stat().st_size,
         "states": fmu.states,
         "inputs": fmu.inputs,
-        "outputs": fmu.outputs,
+        "outputs": fmu.ports,
         "parameters": fmu.parameters,
         "contacts": fmu.contacts,
     }
@@ -174,7 +179,8 @@ def _pack(
                     f"'{model}' is a system: its units say their contacts and parameters, and their FMUs are as they "
                     "are. Leave --contacts, --set, --expose, --platform and the rights out."
                 )
-            system = read_system(model, fmi_version=fmi)
+            with console.warnings_said():
+                system = read_system(model, fmi_version=fmi)
         else:
             package = Fmu.open(_export_one(model, None, fmi_version=fmi, overwrite=overwrite, folder=folder, **chosen))
             name = str(package.description.modelName)

@@ -1,14 +1,26 @@
-"""Command that shows what a model is made of."""
+"""Command that shows what a model or a system of FMUs is made of."""
 
 from fmu_models.base import console
+from fmu_models.base.errors import StickslipError
 from fmu_models.commands.arguments import Model
 
 
 def show(model: Model, contacts: console.Contacts = None, json: console.Json = False) -> None:
-    """Show a model: equations, parameters with units, contacts, outputs, source.
+    """Show a model: equations, parameters with units, contacts, outputs, source. Draw a system of FMUs (.ssp, .ssd):
+    boxes, connectors, units.
 
     Example: stickslip show disc_rig --contacts disc0
     """
+    if model.lower().endswith((".ssp", ".ssd")):
+        from fmu_models.coupling.toml_system import read_system
+        from fmu_models.report import system_sheet
+
+        if contacts is not None:
+            raise StickslipError(f"'{model}' is a system: its FMUs are as they are. Leave --contacts out.")
+        with console.warnings_said():
+            drawing = system_sheet.sheet(read_system(model))
+        console.say(json, drawing, lambda out: system_sheet.print_drawing(drawing, out))
+        return
     from fmu_models.codegen.package import variant
     from fmu_models.report.model_sheet import print_sheet, sheet
 

@@ -24,7 +24,7 @@ from fmu_models.continuation.problem.node import Lost, Node, arclength, paramete
 from fmu_models.continuation.problem.problem import Vector
 from fmu_models.continuation.special.boundary import Boundary
 from fmu_models.sections.strobe import Strobe
-from fmu_models.simulation.sections import crossings
+from fmu_models.simulation.sections import Section, SectionFollower
 
 SMALL = (0.02, 0.05, 0.1)  # amplitudes, in scales of the states, at which a cycle is looked for beside a Hopf point
 # how far from the point at a surface its cycles are looked for, in u; how often their size is doubled, from that on
@@ -111,14 +111,11 @@ def _returned(at: Node, x: Vector, i: int, within: float) -> tuple[float, Vector
         raise StickslipError(f"'{fmu.description.modelName}' is not of this suite: no turn around its surface is made.")
     sense = int(np.sign(problem.field.at(x, constants).rates[i]))
     name = fmu.states[i]
-    passages = crossings(
-        fmu, name, level=float(x[i]), direction=sense, stop_time=within, most=1,
-        start=dict(zip(fmu.states, x.tolist(), strict=True)),
-        **fmu.settings(constants),
-    )  # fmt: skip
-    if not len(passages):
+    follower = SectionFollower(fmu, Section(name, float(x[i]), sense), **fmu.settings(constants))
+    passage = next(follower.follow(dict(zip(fmu.states, x.tolist(), strict=True)), within), None)
+    if passage is None:
         raise StickslipError(f"The motion does not come back to {name} = {x[i]:g}.")
-    return float(passages.times[0]), np.array([passages.states[state][0] for state in fmu.states])
+    return passage.time, np.array([passage.states[state] for state in fmu.states])
 
 
 def _plane(j: Vector, scales: Vector) -> Vector:

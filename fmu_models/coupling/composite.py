@@ -68,8 +68,6 @@ class Composite:
             for unit in system.units.values():
                 refuse_clocks(unit.fmu, "a coupling")
                 self.instances.append(instance.Instance(unit.fmu, co_simulation=co_simulation))
-                if unit.texts:
-                    text_calls.write(self.instances[-1], unit.texts)
         except BaseException:
             self.close()
             raise
@@ -91,12 +89,22 @@ class Composite:
         self._wire(stages(system.fmus, system.wires))
         self._variables()
         library().coupling_fill(byref(self.calls), byref(self.c))
+        self.write_texts()
         self.calls.completes = int(any(calls.completes for calls in all_calls))
 
     def close(self) -> None:
         """Free all instances."""
         for unit_instance in self.instances:
             unit_instance.close()
+
+    def write_texts(self) -> None:
+        """Give units their texts before a run. A reset takes them away, so that all units are reset first."""
+        units = self.system.units.values()
+        if any(unit.texts for unit in units):
+            for unit, unit_instance in zip(units, self.instances, strict=True):
+                unit_instance.calls.resets = self.calls.resets
+                text_calls.write(unit_instance, unit.texts)
+            self.calls.resets = 0
 
     def renew(self) -> None:
         """Replace units that cannot be reset by fresh ones."""

@@ -208,7 +208,12 @@ class Fmu(Shown):
 
     @cached_property
     def outputs(self) -> list[str]:
-        """Names of the outputs, without the states of contacts."""
+        """Names of the outputs, without the states of contacts and, of an FMU of this suite, those that flow."""
+        return [name for name in self.ports if not (self.ours and name in self.states)]
+
+    @cached_property
+    def ports(self) -> list[str]:
+        """Names of the outputs that can be connected to others, states among them, but none of contacts."""
         kinds = ("continuous", "discrete") if self.is_map else ("continuous",)
         return [name for name, v in self.variables.items() if v.causality == "output" and v.variability in kinds]
 

@@ -64,16 +64,11 @@ def _options(fmu: Fmu, name: str, folder: Path) -> dict[str, Any]:
     mechanism = MODELS.load(name)
     declared = {p.name: p.value for p in mechanism.parameters}
     starts = {name: float(str(fmu.variables[name].start)) for name in fmu.parameters}
-    options = {
-        "states" if v.type != "Clock" else "clocks"
-        for name, v in fmu.variables.items()
-        if v.causality == "output" and (v.type == "Clock" or name.removesuffix("_state") in fmu.contacts)
-    }
     all_contacts = [contact.name for contact in mechanism.contacts]
     return {
         "contacts": None if set(fmu.contacts) == set(all_contacts) else list(fmu.contacts),
         "values": {key: value for key, value in starts.items() if declared.get(key, value) != value},
-        "expose": sorted(options),
+        "expose": [name for name, v in fmu.variables.items() if v.causality == "output"],
         "packaging": Packaging(
             _rights(fmu, folder), sorted(folder.name for folder in (fmu.folder / "binaries").iterdir())
         ),

@@ -17,6 +17,7 @@ from fmu_models.importer.clocks import clocks_of
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
+    from fmu_models.simulation.trajectory import Trajectory
 
 RUN = declarations("importer/c/master.h").constants("RunStatus", "RUN_")
 METHOD = declarations("importer/c/master.h").constants("MethodChoice", "METHOD_")
@@ -31,14 +32,22 @@ class MotionError(StickslipError):
         kind: a value of KINDS.
         time: s; of a Zeno motion the time at which its events accumulate.
         indicator: index of the event indicator concerned, or None.
+        so_far: the run up to there, where there is any.
     """
+
+    so_far: Trajectory | None = None
 
     def __init__(self, text: str, kind: str, time: float, indicator: int | None = None) -> None:
         super().__init__(text)
         self.kind, self.time, self.indicator = kind, time, indicator
 
     def __reduce__(self) -> tuple[object, ...]:
-        return MotionError, (str(self), self.kind, self.time, self.indicator)
+        return MotionError, (str(self), self.kind, self.time, self.indicator), {"so_far": self.so_far}
+
+    def after(self, trajectory: Trajectory) -> MotionError:
+        """The error, with the run up to there."""
+        self.so_far = trajectory if trajectory.time.size else None
+        return self
 
 
 def indicator_name(fmu: Fmu, index: int) -> str:

@@ -66,7 +66,7 @@ def fold(
         outputs=tuple(
             dataclasses.replace(o, expression=folded(o.expression)) for o in system.outputs if o.name in outputs
         ),
-        shown_states=frozenset(c.name for c in system.contacts if f"{c.name}_state" in outputs),
+        exposed=frozenset(outputs),
         # the others hold already: values are checked before they are folded
         all_requirements=tuple(r for r in requirements if sympy.sympify(r.expression).free_symbols),
     )

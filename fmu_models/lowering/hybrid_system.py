@@ -58,9 +58,8 @@ class HybridSystem:
         modulus: of those of its states that are angles.
         kinetic_energy: the part that is quadratic in v, which impulses change; 0 without a body.
         all_requirements: what the parameters must satisfy beside their own bounds.
-        shown_states: names of the contacts whose states are outputs; importers that know only real outputs have trouble
-            with these integers, so none by default.
-        shown_clocks: names of the contacts whose clocks (FMI 3) are outputs; none by default for the same reason.
+        exposed: names of local variables and clocks of the FMU that are to be outputs. States of contacts are none by
+            default: importers that know only real outputs have trouble with integers and clocks.
     """
 
     name: str
@@ -81,8 +80,7 @@ class HybridSystem:
     internal_rates: tuple[sympy.Expr, ...] = ()
     kinetic_energy: sympy.Expr = sympy.S.Zero
     outputs: tuple[Output, ...] = ()
-    shown_states: frozenset[str] = frozenset()
-    shown_clocks: frozenset[str] = frozenset()
+    exposed: frozenset[str] = frozenset()
     inertia: Mapping[tuple[int, int], sympy.Expr] = field(default_factory=dict)
     rule: Mapping[State, sympy.Expr] = field(default_factory=dict)
     modulus: Mapping[State, sympy.Expr] = field(default_factory=dict)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fmu_models.base.arrays import Flags, Varied, Vector
 from fmu_models.base.errors import StickslipError, refuse_unknown
@@ -235,3 +235,18 @@ def named_point(
     if point.shape != (len(states),) or not np.isfinite(point).all():
         raise StickslipError(f"{name} starts at {len(states)} finite numbers ({', '.join(states)}), found {values}.")
     return point
+
+
+def ascending(name: str, ends: Sequence[float]) -> tuple[float, float]:
+    """Both ends of the range of a state or parameter. StickslipError: they are not two finite numbers that ascend."""
+    if len(ends) != 2 or not (np.isfinite(ends).all() and ends[0] < ends[1]):
+        raise StickslipError(f"The range of '{name}' must be two ascending numbers, found {list(ends)}.")
+    return ends[0], ends[1]
+
+
+def listed(name: str, values: ArrayLike) -> Vector:
+    """(m,) values of a state or parameter. StickslipError: they are no list of finite numbers."""
+    numbers = np.atleast_1d(np.asarray(values, dtype=float))
+    if numbers.ndim != 1 or not numbers.size or not np.isfinite(numbers).all():
+        raise StickslipError(f"The values of '{name}' must be a list of finite numbers, found shape {numbers.shape}.")
+    return numbers

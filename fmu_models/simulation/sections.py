@@ -5,7 +5,6 @@ the start does not count; neither does a level that is touched only. Where an im
 jump across, the crossing is the event, and the states are those after it.
 """
 
-import itertools
 import math
 import weakref
 from collections.abc import Iterator, Mapping
@@ -13,9 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.fmu.fmu import Fmu
@@ -67,60 +64,6 @@ class SectionPoint(Shown):
     contacts: Mapping[str, int]
 
 
-@dataclass(frozen=True, eq=False)
-class SectionCrossings(Shown):
-    """All of a motion, in order.
-
-    Attributes:
-        times: (n,) s.
-        states: per state (n,) in its unit.
-        contacts: per contact (n,) integers (keys of ``contact_kinds.CONTACT_STATES``).
-    """
-
-    times: Vector
-    states: Mapping[str, Vector]
-    contacts: Mapping[str, NDArray[np.int8]]
-
-    def __len__(self) -> int:
-        return self.times.size
-
-
-def crossings(
-    fmu: Fmu,
-    state: str,
-    *,
-    level: float = 0.0,
-    direction: int = 1,
-    stop_time: float,
-    most: int | None = None,
-    start_time: float = 0.0,
-    start: Mapping[str, float] | None = None,
-    parameters: Mapping[str, float] | None = None,
-    inputs: Mapping[str, float] | None = None,
-    tolerance: float = 1e-14,
-) -> SectionCrossings:
-    """The crossings of a level by a state, from ``start_time`` to ``stop_time``, or the first ``most`` of them.
-
-    Args:
-        state, level, direction: as in ``Section``.
-        start, parameters, tolerance: as for ``simulate``; inputs are constant.
-
-    Raises:
-        StickslipError: as for ``simulate``; a level or direction that is none, fewer than one crossing asked for.
-    """
-    if most is not None and most < 1:
-        raise StickslipError(f"At most {most} crossings are asked for. Ask for one at least, or leave it open.")
-    follower = SectionFollower(
-        fmu, Section(state, level, direction), parameters=parameters, inputs=inputs, tolerance=tolerance
-    )
-    points = list(itertools.islice(follower.follow(start or {}, stop_time, start_time=start_time), most))
-    return SectionCrossings(
-        np.array([crossing.time for crossing in points]),
-        {name: np.array([crossing.states[name] for crossing in points]) for name in fmu.states},
-        {name: np.array([crossing.contacts[name] for crossing in points], dtype=np.int8) for name in fmu.contacts},
-    )
-
-
 class SectionFollower:
     """Follows one motion after the other to a section, with a single instance of the FMU."""
 
@@ -133,7 +76,7 @@ class SectionFollower:
         inputs: Mapping[str, float] | None = None,
         tolerance: float = 1e-14,
     ) -> None:
-        """Arguments as for ``crossings``, and as there is raised."""
+        """Arguments as for ``simulate``; inputs are constant. StickslipError: as there, or a section that is none."""
         section.check(fmu)
         check_tolerance(tolerance)
         parameters, inputs = dict(parameters or {}), dict(inputs or {})

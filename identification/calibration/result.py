@@ -29,7 +29,7 @@ from identification.inference.identifiability import Collinearity
 from identification.inference.lmfit_exchange import Solved
 from identification.inference.posterior import STEPS, Posterior, Target, sample
 from identification.inference.profile import Interval, profile
-from identification.inference.uncertainty import student
+from identification.inference.uncertainty import Joint, student
 
 if TYPE_CHECKING:
     from lmfit import Minimizer
@@ -140,6 +140,16 @@ class Calibration(Pictured):
     def values(self) -> dict[str, float]:
         """Parameters by name."""
         return {parameter.name: parameter.value for parameter in self.parameters}
+
+    @property
+    def joint(self) -> Joint:
+        """Parameters with their covariance. StickslipError: the logs do not tell one of them."""
+        untold = [one.name for one in self.parameters if one.standard_deviation is None]
+        if untold:
+            raise StickslipError(
+                f"The logs do not tell {', '.join(untold)}, so that nothing bounds what follows from it."
+            )
+        return Joint.of(self.parameters, np.array(self.covariance))
 
     def values_in(self, log: str, starts: bool = False) -> dict[str, float]:
         """Parameters as they are in a log of the calibration, those of the first one in any other log; or what is said

@@ -41,7 +41,7 @@ from identification.inference.lmfit_exchange import Given, Solved
 from identification.inference.posterior import Posterior
 from identification.inference.problem import identifier
 from identification.inference.profile import Interval
-from identification.inference.uncertainty import student
+from identification.inference.uncertainty import Joint, student
 from identification.inference.whiteness import Whiteness
 from identification.measurement.presliding import PreSliding
 from rig_io.logs.log import RigLog
@@ -175,6 +175,28 @@ class FrictionFit(Moving):
     def correlation_of_constants(self) -> np.ndarray:
         """Correlation (n, n) of the constants, in their order; they are independent where nothing is stated."""
         return np.array(self.constants_correlation) if self.constants_correlation else np.eye(len(self.constants))
+
+    @property
+    def joint(self) -> Joint:
+        """Parameters, then constants of the rig that are not 0, with their covariance: from noise, from the constants,
+        and, each by itself, from the choice of the law."""
+        kept = [i for i, constant in enumerate(self.constants) if constant.value]
+        constants = [self.constants[i] for i in kept]
+        noise, law, sd = (
+            np.array([float(getattr(one, name) or 0.0) for one in of])
+            for of, name in (
+                (self.parameters, "standard_deviation"),
+                (self.parameters, "law_deviation"),
+                (constants, "standard_uncertainty"),
+            )
+        )
+        of_constants = self.correlation_of_constants[np.ix_(kept, kept)] * np.outer(sd, sd)
+        slopes = [[q.value * (c.sensitivity.get(q.name) or 0.0) / c.value for c in constants] for q in self.parameters]
+        moves = np.vstack([np.reshape(slopes, (len(self.parameters), len(constants))), np.eye(len(constants))])
+        covariance = moves @ of_constants @ moves.T
+        own = slice(len(self.parameters))
+        covariance[own, own] += np.array(self.correlation) * np.outer(noise, noise) + np.diag(law**2)
+        return Joint.of([*self.parameters, *constants], covariance)
 
     @property
     def interrupted(self) -> bool:

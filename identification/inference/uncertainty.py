@@ -11,6 +11,9 @@ share of the samples); Liang & Zeger (1986), Biometrika 73, 13; Bell & McCaffrey
 (jackknife form of the clustered one).
 """
 
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Self
+
 import numpy as np
 
 SHARE = 0.05  # of the samples: lags of Newey and West
@@ -18,6 +21,26 @@ LAG_RULE = "Newey-West, lags of 1/20 of the samples, widened (Kiefer-Vogelsang)"
 # 97.5 % quantile of the ratio of an estimate to its deviation with lags of a share b, by powers of b (Bartlett's
 # weights; Kiefer & Vogelsang 2005, table 1)
 QUANTILE = (1.96, 2.9694, 0.4160, -0.5324)
+
+
+class Joint(NamedTuple):
+    """Estimates (m,) by name, the bounds that they were sought within, and their covariance (m, m)."""
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    covariance: np.ndarray
+
+    @classmethod
+    def of(cls, estimates: Sequence[Any], covariance: np.ndarray) -> Self:
+        """Of what has a name and a value, and may have a minimum and a maximum."""
+        low, high = (
+            np.array([sign * np.inf if (end := getattr(one, name, None)) is None else end for one in estimates])
+            for name, sign in (("minimum", -1.0), ("maximum", 1.0))
+        )
+        values = np.array([one.value for one in estimates])
+        return cls(tuple(one.name for one in estimates), values, low, high, covariance)
 
 
 def plain_covariance(gradient: np.ndarray, residual: np.ndarray, *, prior: np.ndarray | None = None) -> np.ndarray:

@@ -171,7 +171,7 @@ def test_clocks_can_be_outputs(tmp_path: Path) -> None:
     assert {variables[name].causality for name in ("belt.stick", "belt.slip", "belt_state")} == {"output"}
     with pytest.raises(StickslipError, match=r"FMI 2\.0 has no clocks to expose"):
         export("block_on_belt", tmp_path / "b.fmu", expose=["clocks"], fmi_version="2.0")
-    with pytest.raises(StickslipError, match=r"no 'clock' to expose\. Choose states or clocks"):
+    with pytest.raises(StickslipError, match=r"no local 'clock' to expose\. Did you mean 'clocks'"):
         export("block_on_belt", tmp_path / "b.fmu", expose=["clock"])
     assert not (tmp_path / "b.fmu").exists()
 

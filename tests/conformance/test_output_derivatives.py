@@ -18,7 +18,14 @@ from fmu_models import TIME, Coordinate, Mechanism, Parameter
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 
-HIGHEST = 5
+DISCARD = 2
+HIGHEST = 5  # of FMI 2, whose importers may tell as many derivatives of the inputs
+
+
+def highest(fmu: Fmu) -> int:
+    declared = fmu.description.coSimulation
+    assert declared
+    return int(declared.maxOutputDerivativeOrder or 0)
 
 
 def derivatives(one: Face, names: list[str], order: int) -> np.ndarray:
@@ -27,7 +34,10 @@ def derivatives(one: Face, names: list[str], order: int) -> np.ndarray:
     vr, orders = (ctypes.c_uint32 * n)(*one.references(names)), (ctypes.c_int32 * n)(*([order] * n))
     size = [ctypes.c_size_t(n)]
     function = "GetRealOutputDerivatives" if one.two else "GetOutputDerivatives"
-    if one.call(function, vr, size[0], orders, values, *([] if one.two else size)) != 0:
+    status = one.call(function, vr, size[0], orders, values, *([] if one.two else size))
+    if status == DISCARD and not one.two:
+        pytest.skip("an output follows an input at once by a rate that FMI 3 does not hand over")
+    if status != 0:
         raise ValueError(one.messages[-1])
     return np.array(values)
 
@@ -49,7 +59,7 @@ def longest_pause(fmu: Fmu) -> tuple[float, float]:
 
 def orders_of(one: Face, names: list[str]) -> list[np.ndarray]:
     """Values and all their derivatives, (n_outputs,) each."""
-    return [one.get(names), *(derivatives(one, names, k) for k in range(1, HIGHEST + 1))]
+    return [one.get(names), *(derivatives(one, names, k) for k in range(1, highest(one.fmu) + 1))]
 
 
 def shrink(orders: list[np.ndarray], h: float) -> bool:
@@ -73,15 +83,15 @@ def converging(fmu: Fmu, time: float, longest: float) -> tuple[float, float]:
         with face(fmu) as one:
             one.initialize()
             one.step(0.0, time)
-            highest = []
+            last = []
             for k in range(places + 1):
                 orders = orders_of(one, fmu.outputs)
                 if not shrink(orders, h):
                     break
-                highest.append(orders[-1])
+                last.append(orders[-1])
                 one.step(time + k * h / places, h / places)
             else:
-                return h, np.abs(np.diff(highest, axis=0)).max() * places / h
+                return h, np.abs(np.diff(last, axis=0)).max() * places / h
         h /= 2
 
 
@@ -98,15 +108,15 @@ def test_they_extrapolate_outputs(fmu: Fmu, pause: tuple[float, float]) -> None:
         after = orders_of(one, fmu.outputs)
         one.step(time + near, h - near)
         far = one.get(fmu.outputs)
-    scale = scale_of(before)
-    assert np.abs(far - sum(x * h**k / factorial(k) for k, x in enumerate(before))).max() <= 4.0**-HIGHEST * scale
-    for order in range(HIGHEST):
+    scale, top = scale_of(before), highest(fmu)
+    assert np.abs(far - sum(x * h**k / factorial(k) for k, x in enumerate(before))).max() <= 4.0**-top * scale
+    for order in range(top):
         series = [value * near**k / factorial(k) for k, value in enumerate(before[order:])]
         # four times the first term left out, as terms go on to shrink or as it is along the step, and rounding
-        left_out = HIGHEST + 1 - order
-        highest = max(4.0**-HIGHEST * scale * factorial(HIGHEST + 1) / h ** (HIGHEST + 1), 4.0 * above)
+        left_out = top + 1 - order
+        next_one = max(4.0**-top * scale * factorial(top + 1) / h ** (top + 1), 4.0 * above)
         rounding = 1e-10 * scale * factorial(order) / h**order
-        assert np.abs(after[order] - sum(series)).max() <= highest * near**left_out / factorial(left_out) + rounding
+        assert np.abs(after[order] - sum(series)).max() <= next_one * near**left_out / factorial(left_out) + rounding
 
 
 def test_the_first_is_the_directional_derivative_along_the_motion(fmu: Fmu, pause: tuple[float, float]) -> None:
@@ -123,8 +133,7 @@ def test_the_first_is_the_directional_derivative_along_the_motion(fmu: Fmu, paus
 
 
 def test_orders_and_variables_that_there_are_not(fmu: Fmu, pause: tuple[float, float]) -> None:
-    declared = fmu.description.coSimulation
-    assert declared and declared.maxOutputDerivativeOrder == HIGHEST
+    assert highest(fmu) == HIGHEST or (fmu.fmi == 3 and fmu.inputs and highest(fmu) >= 1)
     with face(fmu) as one:
         with pytest.raises(ValueError, match="before initialization"):
             derivatives(one, fmu.outputs, 1)
@@ -132,8 +141,8 @@ def test_orders_and_variables_that_there_are_not(fmu: Fmu, pause: tuple[float, f
         for order in (0, -1, HIGHEST + 1):
             with pytest.raises(ValueError, match="orders 1 to 5"):
                 derivatives(one, fmu.outputs, order)
-        with pytest.raises(ValueError, match="a state, not an output"):
-            derivatives(one, fmu.states[:1], 1)
+        with pytest.raises(ValueError, match="a parameter, not a continuous output"):
+            derivatives(one, fmu.parameters[:1], 1)
 
 
 def test_derivatives_of_outputs_after_steps_by_a_pulse(tmp_path: Path):

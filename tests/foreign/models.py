@@ -31,6 +31,7 @@ class Foreign:
     directional: bool = False
     co_simulation: bool = False  # and no Model Exchange
     any_step: bool = True
+    saves: bool = False  # gives and takes its state, in FMI 2
     experiment: Mapping[str, str] = field(default_factory=dict)  # that it suggests
     echoes: Sequence[str] = ()  # outputs that are the derivatives, in their order
 
@@ -99,6 +100,7 @@ MODELS = {
     "brink": Foreign(("x",), (1.0,), indicators=1, echoes=("rate",)),
     "creeping_stepped": Foreign(("x",), (0.0,), (("at", 0.5),), ("ticks",), co_simulation=True),
     "integers": INTEGERS,
+    "harm": Foreign(("x",), (0.0,), (("u", 0.0), ("harm", 0.0)), inputs=("u",), co_simulation=True, saves=True),
     "integers_fixed": replace(INTEGERS, any_step=False),
     "integers_refusing": INTEGERS,
     "forced": FORCED,
@@ -242,7 +244,8 @@ def _interface(name: str, m: Foreign, exchange: str, events: str) -> str:
     if not m.co_simulation:
         return f'<ModelExchange modelIdentifier="{name}" {exchange}="{_word(m.directional)}"/>'
     any_step = f'canHandleVariableCommunicationStepSize="{_word(m.any_step)}"'
-    return f'<CoSimulation modelIdentifier="{name}" {any_step} {events}/>'
+    states = 'canGetAndSetFMUstate="true"' if m.saves and not events else ""
+    return f'<CoSimulation modelIdentifier="{name}" {any_step} {events} {states}/>'
 
 
 def _experiment(m: Foreign) -> str:

@@ -240,7 +240,9 @@ def test_the_rig_is_the_same_co_simulated(version):
     run = couple(system.changed(solver="co-simulation", tolerance=1e-6), output_times=times)
     for name in ("rig.theta", "rig.omega", "motor.w"):
         assert run[name] == pytest.approx(exact[name], abs=3e-6)
-    assert [event.time for event in run.events] == pytest.approx([event.time for event in exact.events], abs=1e-5)
+    # without early return events are found by shorter steps, until what is left does the states no harm
+    near = 2e-5 if version == "2.0" else 1e-5
+    assert [event.time for event in run.events] == pytest.approx([event.time for event in exact.events], abs=near)
 
 
 def test_the_rig_with_two_motors_is_the_same_co_simulated():

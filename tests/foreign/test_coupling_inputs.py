@@ -94,7 +94,7 @@ def test_what_is_wrong_in_a_scene_is_named(folder, text, said):
         ("c.place -> b.other", "Connection 'c.place -> b.other': there is no unit 'c'"),
         ("place -> b.other", "'place' names no variable of a unit"),
         ("a.plce -> b.other", "unit 'a' has no variable 'plce'.*Did you mean 'place'"),
-        ("a.x -> b.other", "'a.x' is a local of its unit, but an output is needed"),
+        ("a.der(v) -> b.other", r"'a.der\(v\)' is a local of its unit, but an output is needed"),
         ("a.place -> b.k", "'b.k' is a parameter of its unit, but an input is needed"),
         ("a.speed -> b.other", "'a.speed' is in m/s, 'b.other' in m: these measure different quantities"),
     ],

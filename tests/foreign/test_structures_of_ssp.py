@@ -15,8 +15,8 @@ from structures import SPACES
 from test_texts_of_any_fmu import TWO
 
 from fmu_models.base.errors import StickslipError, StickslipWarning
-from fmu_models.coupling.composite import Composite
-from fmu_models.coupling.run import couple, recorded
+from fmu_models.coupling.points import CommunicationPoints
+from fmu_models.coupling.run import CoupledDriver, couple, recorded
 from fmu_models.coupling.system import CoupledSystem
 from fmu_models.coupling.toml_system import read_system
 from fmu_models.importer import text_calls
@@ -214,7 +214,8 @@ def test_a_system_without_components_has_the_values_of_its_connectors(tmp_path):
         tmp_path, connectors("u input Real m", "free input") + given + f"<ssd:Elements>{inner}</ssd:Elements>"
         + connected("u -> in.u"),
     )  # fmt: skip
-    recording = recorded(read_system(path))
+    system = read_system(path)
+    recording = recorded(system, couple(system))
     run = recording.trajectory
     assert {name: values[-1] for name, values in run.values.items()} == {"u": 0.003, "in.u": 0.003, "in.c": 4.0}
     assert run.time[-1] == 1.0 and "values alone" in run.method
@@ -253,14 +254,19 @@ def test_texts_reach_the_unit(tmp_path):
     options = ("-DFMI=2", "-Wno-unused-function", "-Wno-unused-variable")
     build(tmp_path / "texts.fmu", FOLDER / "texts.c", TWO, "texts", options=options)
     inside = f'<ssd:Component name="t" source="texts.fmu">{bound(values("label String valve"))}</ssd:Component>'
-    for solver in ("auto", "co-simulation"):
-        system = read_system(described(tmp_path, f"<ssd:Elements>{inside}</ssd:Elements>"))
-        composite = Composite(system, co_simulation=solver != "auto")
-        try:
-            assert text_calls.read(composite.instances[0], ["label"]) == {"label": "valve"}
-        finally:
-            composite.close()
-        assert couple(system.changed(solver=solver, stop_time=0.1)).time[-1] == 0.1
+    system = read_system(described(tmp_path, f"<ssd:Elements>{inside}</ssd:Elements>"))
+    # of every run, although a reset takes it away
+    driver = CoupledDriver(system)
+    with driver:
+        for _ in range(2):
+            driver.run(0.1)
+            assert text_calls.read(driver.composite.instances[0], ["word"]) == {"word": "valve, nothing"}
+        with pytest.raises(StickslipError, match=r"Unit 't' has texts \(label\)"):
+            driver.batch(0.1, ())
+    points = CommunicationPoints(system)
+    points.begin(1e-6)
+    assert text_calls.read(points.composite.instances[0], ["word"]) == {"word": "valve, nothing"}
+    points.composite.close()
 
 
 TABLE = (

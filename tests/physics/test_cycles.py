@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from crossed import crossings
 
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.cycles import last_cycle
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.sections import crossings
 
 
 @pytest.mark.parametrize(("gamma", "periods"), [(1.4, 1), (1.6, 2)])

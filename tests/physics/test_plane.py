@@ -119,7 +119,7 @@ def test_what_is_said_and_drawn():
     [
         ("forced_stick_slip", {}, r"is forced.*Set the amplitude of the force to zero"),
         ("woodpecker", {}, r"has 6 states .* a phase plane is of two"),
-        ("planar_hopf", {"box": {"x1": (1.0, -1.0)}}, r"goes from 1 to -1: give its least value first"),
+        ("planar_hopf", {"box": {"x1": (1.0, -1.0)}}, "'x1' must be two ascending numbers"),
         ("planar_hopf", {"box": {"y": (0.0, 1.0)}}, r"has no state 'y'"),
         ("planar_hopf", {"parameters": {"nu": 1.0}}, r"'nu'"),
     ],

@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 import pytest
 import woodpecker_impacts as wp
+from crossed import crossings
 from quick_export import quick_export
 from scipy.optimize import brentq
 
@@ -24,7 +25,7 @@ from fmu_models.oscillators.woodpecker import MODEL
 from fmu_models.sections.diagonal import find_crossings
 from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.sections import Section, SectionPoint, crossings
+from fmu_models.simulation.sections import Section, SectionPoint
 
 pytestmark = pytest.mark.digits
 

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import woodpecker_flows as flows
+from crossed import crossings
 from mpmath import mpf
 
 from fmu_models import Strobe, branch, last_cycle, load
 from fmu_models.sections.return_map import ReturnMap
-from fmu_models.simulation.sections import Section, crossings
+from fmu_models.simulation.sections import Section
 
 LISTED = [
     one

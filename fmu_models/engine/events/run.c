@@ -89,6 +89,19 @@ RunStatus run_reconsider(Run *r, int *changed)
     return status;
 }
 
+/* derivative n of an input, so long after the start of the present segment */
+static double input_derivative(const Run *r, int i, int n, double since_start)
+{
+    double value = 0.0;
+    for (int m = MODEL_INPUT_DEGREE; m >= n; m--) {
+        double factor = 1.0;
+        for (int k = 0; k < n; k++)
+            factor *= m - k;
+        value = value * since_start + factor * r->jets.u[i][m * time_power(r->segment_rooted)];
+    }
+    return value;
+}
+
 /* states and inputs inside the present segment; its end uses the located length, free of the rounding of time */
 static void evaluate_segment(Run *r, double time, double since_start)
 {
@@ -97,6 +110,12 @@ static void evaluate_segment(Run *r, double time, double since_start)
         r->at.x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
     for (int i = 0; i < MODEL_NU; i++)
         r->at.u[i] = r->jets.u[i][0] + r->jets.du[i][0] * since_start;
+    for (int i = 0; r->at.curved && i < MODEL_SET_INPUTS; i++) {
+        r->at.u[i] = input_derivative(r, i, 0, since_start);
+        r->at.du[i] = input_derivative(r, i, 1, since_start);
+        for (int n = 2; n <= MODEL_INPUT_DEGREE; n++)
+            r->at.bend[i][n - 2] = input_derivative(r, i, n, since_start);
+    }
     r->at.time = time;
 }
 
@@ -263,7 +282,7 @@ RunStatus run_outputs(Run *r, double *y)
     return RUN_OK;
 }
 
-void run_output_derivatives(Run *r, int order, double *y)
+void run_time_derivatives(Run *r, int order, TimeDerivatives *found)
 {
     Jets *j = &r->scratch;
     double factorial = 1.0;
@@ -272,6 +291,10 @@ void run_output_derivatives(Run *r, int order, double *y)
         model_outputs(r->at.p, r->at.d, j, k);
         factorial *= k > 0 ? k : 1;
     }
+    for (int i = 0; i < MODEL_NX; i++) {
+        found->states[i] = factorial * j->x[i][order];
+        found->rates[i] = factorial * (order + 1) * j->x[i][order + 1];
+    }
     for (int i = 0; i < MODEL_NY; i++)
-        y[i] = factorial * j->y[i][order];
+        found->outputs[i] = factorial * j->y[i][order];
 }

@@ -20,8 +20,13 @@ RunStatus run_reconsider(Run *r, int *changed);
 RunStatus run_advance(Run *r, double t, int stop_at_event, EventSink sink, void *context);
 
 RunStatus run_outputs(Run *r, double *y); /* MODEL_NY */
-/* their derivative in time of some order, below MODEL_MAX_ORDER, in the present contact states */
-void run_output_derivatives(Run *r, int order, double *y);
+/* derivatives in time of one order of states, their rates and outputs */
+typedef struct {
+    double states[MODEL_ROOM(MODEL_NX)], rates[MODEL_ROOM(MODEL_NX)], outputs[MODEL_ROOM(MODEL_NY)];
+} TimeDerivatives;
+
+/* those of some order, below MODEL_MAX_ORDER, in the present contact states */
+void run_time_derivatives(Run *r, int order, TimeDerivatives *found);
 
 /* the parts of an advance, for derivatives that are carried along */
 /* whether the run will come to its end in hours */

@@ -33,7 +33,9 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 {
     void (*logger)(void) = functions ? (void (*)(void))functions->logger : NULL;
     void *environment = functions ? functions->componentEnvironment : NULL;
-    return instance_new(name, guid, type == fmi2CoSimulation, say, logger, environment, logging_on, 0);
+    Instance *m = instance_new(name, guid, type == fmi2CoSimulation, say, logger, environment, logging_on, 0);
+    if (m) m->input_order = MODEL_INPUT_DEGREE;
+    return m;
 }
 
 fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start_time,
@@ -128,23 +130,7 @@ fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c)
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                        const fmi2Integer order[], const fmi2Real value[])
 {
-    int phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP;
-    if (instance_enter(c, phases, __func__) || instance_array(c, vr, n, __func__, "value references")) return fmi2Error;
-    if (instance_array(c, order, n, __func__, "orders") || instance_array(c, value, n, __func__, "values"))
-        return fmi2Error;
-    for (size_t i = 0; i < n; i++) {
-        if (!variables_is_input(vr[i]))
-            return (fmi2Status)instance_refuse(c, "%s: value reference %u is not an input", __func__, vr[i]);
-        if (order[i] != 1)
-            return (fmi2Status)instance_refuse(c, "%s: order %d; only the first derivative is used", __func__,
-                                               order[i]);
-    }
-    for (size_t i = 0; i < n; i++) {
-        uint32_t rate = variables_rate_of(vr[i]);
-        /* the derivative of a rate is left out: rates are constant over a step */
-        if (rate && variables_set(c, __func__, &rate, 1, &value[i])) return fmi2Error;
-    }
-    return fmi2OK;
+    return (fmi2Status)variables_set_input_derivatives(c, __func__, vr, n, order, value);
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,

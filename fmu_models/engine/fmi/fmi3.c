@@ -24,12 +24,12 @@ static void say(Instance *m, Status status, const char *category, const char *me
     logger(m->environment, (fmi3Status)status, category, message);
 }
 
-/* a Show: inputs go on at their rates, so that none are asked for */
-static int show(Instance *m, int can_return, double *until)
+/* a Show: outputs where the step is, or inputs for times ahead */
+static int show(Instance *m, double time, int asks, int can_return, double *until)
 {
     fmi3IntermediateUpdateCallback update = (fmi3IntermediateUpdateCallback)m->intermediate;
     fmi3Boolean returns = false;
-    update(m->environment, m->core.run.at.time, false, true, true, can_return != 0, &returns, until);
+    update(m->environment, time, asks != 0, !asks, !asks, can_return != 0, &returns, until);
     return returns;
 }
 
@@ -51,13 +51,15 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
 {
     Instance *m = instance_new(name, token, 1, say, (void (*)(void))logger, environment, logging_on, 1);
     if (!m) return NULL;
-    for (size_t k = 0; intermediate && k < n_intermediate; k++)
+    for (size_t k = 0; intermediate && k < n_intermediate; k++) {
+        m->takes_inputs |= variables_rate_of(intermediate[k]) != 0;
         if (!variables_is_intermediate(intermediate[k])) {
             instance_refuse(m, "%s: value reference %u cannot be accessed inside a step", __func__,
                             (unsigned)intermediate[k]);
             instance_free(m);
             return NULL;
         }
+    }
     m->event_mode_used = event_mode_used;
     m->early_return_allowed = early_return_allowed;
     m->show = show;

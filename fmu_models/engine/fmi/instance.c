@@ -25,6 +25,7 @@ Instance *instance_new(const char *name, const char *token, int co_simulation, S
     m->logger = logger;
     m->environment = environment;
     m->categories = logging ? LOG_ALL : 0;
+    m->input_order = 1;
     m->quiet = quiet;
     snprintf(m->name, sizeof m->name, "%s", name && name[0] ? name : MODEL_NAME);
     if (!token || strcmp(token, MODEL_TOKEN) != 0) {

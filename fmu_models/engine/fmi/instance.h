@@ -62,8 +62,8 @@ typedef struct FmuState {
 
 typedef struct Instance Instance;
 typedef void (*Say)(Instance *instance, Status status, const char *category, const char *message);
-/* let the importer look inside a step; 1 where it asks to return, and until when */
-typedef int (*Show)(Instance *instance, int can_return, double *until);
+/* let the importer look inside a step at a time, or ask it for inputs there; 1 where it asks to return, and until when */
+typedef int (*Show)(Instance *instance, double time, int asks, int can_return, double *until);
 
 struct Instance {
     Core core;
@@ -73,7 +73,11 @@ struct Instance {
     Say say;
     void (*logger)(void); /* the importer's callback, cast back by say */
     Show show;
-    void (*intermediate)(void); /* the same, cast back by show; NULL: it does not look */
+    void (*intermediate)(void);         /* the same, cast back by show; NULL: it does not look */
+    int takes_inputs;                   /* inside a step, which the importer has said that it gives */
+    int asking;                         /* for them */
+    double asked[MODEL_ROOM(MODEL_NU)]; /* what it has given; nan: nothing */
+    int input_order;                    /* up to which derivatives of the inputs are known to the FMU */
     void *environment;
     FmuState *fmu_states; /* states handed out and not yet freed */
     void *derivatives;    /* room for directional ones, made when they are first asked for */

@@ -63,24 +63,17 @@ Kind variables_locate(uint32_t vr, int *index)
     return UNKNOWN;
 }
 
-uint32_t variables_rate_of(uint32_t vr)
-{
-    int i;
-    return variables_locate(vr, &i) == INPUT ? vr + MODEL_SET_INPUTS : 0;
-}
-
 int variables_is_intermediate(uint32_t vr)
 {
     int i;
     Kind kind = variables_locate(vr, &i);
-    return kind == OUTPUT || kind == STATE || kind == DERIVATIVE;
+    return kind == OUTPUT || kind == STATE || kind == DERIVATIVE || kind == INPUT;
 }
 
-int variables_is_input(uint32_t vr)
+uint32_t variables_rate_of(uint32_t vr)
 {
     int i;
-    Kind kind = variables_locate(vr, &i);
-    return kind == INPUT || kind == RATE;
+    return variables_locate(vr, &i) == INPUT ? vr + MODEL_SET_INPUTS : 0;
 }
 
 /* RUN_OK once e holds what a variable of this kind is read from */
@@ -183,7 +176,10 @@ static Status check_writable(Instance *m, const char *function, uint32_t vr, dou
     switch (kind) {
     case PARAMETER: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_EVENT | PHASE_STEP; break;
     case INPUT:
-    case RATE: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASES_RUNNING; break;
+    case RATE:
+        phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASES_RUNNING;
+        if (kind == INPUT && m->asking) phases |= PHASE_INTERMEDIATE;
+        break;
     case STATE:
     case MEMORY: phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION; break;
     default:
@@ -196,7 +192,43 @@ static Status check_writable(Instance *m, const char *function, uint32_t vr, dou
     return STATUS_OK;
 }
 
-Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value)
+/* where a value is kept; of an input its derivative of some order */
+static double *target_of(Run *r, uint32_t vr, int order, Kind *kind)
+{
+    int i;
+    *kind = variables_locate(vr, &i);
+    switch (*kind) {
+    case PARAMETER: return &r->at.p[i];
+    case RATE: return &r->at.du[i];
+    case INPUT: return order == 0 ? &r->at.u[i] : order == 1 ? &r->at.du[i] : &r->at.bend[i][order - 2];
+    case MEMORY: return &r->at.memory[variables_memory_contact(i)];
+    default: return &r->at.x[i];
+    }
+}
+
+/* whether inputs have more than a rate */
+static int are_curved(const Point *at)
+{
+    int curved = 0;
+    for (int i = 0; i < MODEL_SET_INPUTS; i++)
+        for (int n = 2; n <= MODEL_INPUT_DEGREE; n++)
+            curved |= at->bend[i][n - 2] != 0.0;
+    return curved;
+}
+
+static Status keep_asked(Instance *m, const uint32_t *vr, size_t n, const double *value)
+{
+    int i;
+    for (size_t k = 0; k < n; k++) {
+        variables_locate(vr[k], &i);
+        m->asked[i] = value[k];
+    }
+    return STATUS_OK;
+}
+
+/* values, or derivatives of inputs where orders are given */
+static Status write_values(Instance *m, const char *function, const uint32_t *vr, size_t n, const int32_t *order,
+                           const double *value)
 {
     TRAPS_REST;
     int parameters = 0, others = 0;
@@ -207,18 +239,15 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
     if (instance_array(m, value, n, function, "values")) return STATUS_ERROR;
     for (size_t k = 0; k < n; k++)
         if (check_writable(m, function, vr[k], value[k])) return STATUS_ERROR;
+    if (m->asking) return keep_asked(m, vr, n, value);
     /* the event belongs to the values before: a jump of an input at the same instant comes after it */
     if (n && instance_resolve(m, function)) return STATUS_ERROR;
     for (size_t k = 0; k < n; k++) {
-        int i;
         Run *r = &m->core.run;
-        Kind kind = variables_locate(vr[k], &i);
-        double *target = kind == PARAMETER ? &r->at.p[i]
-                         : kind == INPUT   ? &r->at.u[i]
-                         : kind == RATE    ? &r->at.du[i]
-                         : kind == MEMORY  ? &r->at.memory[variables_memory_contact(i)]
-                                           : &r->at.x[i];
-        if (*target == value[k]) continue;
+        Kind kind;
+        double *target = target_of(r, vr[k], order ? order[k] : 0, &kind);
+        /* the derivative of a rate is left out: importers tell those of all inputs, and the input's own say more */
+        if (*target == value[k] || (order && kind == RATE)) continue;
         if (chosen && !parameters && !others) placement_note_slips(r);
         *target = value[k];
         if (kind == PARAMETER)
@@ -228,9 +257,57 @@ Status variables_set(Instance *m, const char *function, const uint32_t *vr, size
     }
     if (parameters) run_parameters_changed(&m->core.run);
     if (others) run_touched(&m->core.run);
+    if (order) m->core.run.at.curved = are_curved(&m->core.run.at);
     /* an input that moves in continuous time is watched by the indicators: no new choice of contact states here */
     if ((parameters || others) && m->core.phase != PHASE_CONTINUOUS) m->core.settled = 0;
     return STATUS_OK;
+}
+
+Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value)
+{
+    return write_values(m, function, vr, n, NULL, value);
+}
+
+Status variables_set_input_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n,
+                                       const int32_t *order, const double *value)
+{
+    int i, phases = PHASE_INSTANTIATED | PHASE_INITIALIZATION | PHASE_STEP;
+    if (instance_enter(m, phases, function) || instance_array(m, vr, n, function, "value references")
+        || instance_array(m, order, n, function, "orders"))
+        return STATUS_ERROR;
+    for (size_t k = 0; k < n; k++) {
+        const Kind kind = variables_locate(vr[k], &i);
+        if (kind != INPUT && kind != RATE)
+            return instance_refuse(m, "%s: value reference %u is not an input", function, (unsigned)vr[k]);
+        if (order[k] < 1 || order[k] > MODEL_INPUT_DEGREE)
+            return instance_refuse(m, "%s: order %d; orders 1 to %d are used", function, (int)order[k],
+                                   MODEL_INPUT_DEGREE);
+    }
+    return write_values(m, function, vr, n, order, value);
+}
+
+/* derivatives of outputs in time of one order; of those that depend on derivatives of inputs which the FMU cannot know
+   others in a second place */
+static void time_derivatives(Instance *m, int order, TimeDerivatives found[2])
+{
+    Run *r = &m->core.run;
+    run_time_derivatives(r, order, &found[0]);
+    found[1] = found[0];
+    if (order < m->input_order) return;
+    const Point before = r->at;
+    for (int i = 0; i < MODEL_SET_INPUTS; i++)
+        for (int n = m->input_order + 1; n <= order + 1; n++)
+            r->at.bend[i][n - 2] = 0x1p20 * (i + n);
+    r->at.curved = 1;
+    run_time_derivatives(r, order, &found[1]);
+    r->at = before;
+}
+
+static double derivative_of(const TimeDerivatives *found, uint32_t vr)
+{
+    int i;
+    const Kind kind = variables_locate(vr, &i);
+    return (kind == STATE ? found->states : kind == OUTPUT ? found->outputs : found->rates)[i];
 }
 
 Status variables_output_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n,
@@ -238,27 +315,31 @@ Status variables_output_derivatives(Instance *m, const char *function, const uin
 {
     TRAPS_REST;
     int i, phases = PHASE_STEP | PHASE_INTERMEDIATE | PHASE_EVENT | PHASE_TERMINATED;
-    double y[MODEL_ROOM(MODEL_NY)] = {0};
+    TimeDerivatives found[2] = {{{0}, {0}, {0}}, {{0}, {0}, {0}}};
     if (instance_enter(m, m && m->core.co_simulation ? phases : 0, function)) return STATUS_ERROR;
     if (instance_array(m, vr, n, function, "value references") || instance_array(m, order, n, function, "orders")
         || instance_array(m, value, n, function, "values"))
         return STATUS_ERROR;
     for (size_t k = 0; k < n; k++) {
         Kind kind = variables_locate(vr[k], &i);
-        if (kind != OUTPUT)
-            return instance_refuse(m, "%s: value reference %u is %s, not an output", function, (unsigned)vr[k],
-                                   kind_names[kind]);
+        if (kind != OUTPUT && kind != STATE && kind != DERIVATIVE)
+            return instance_refuse(m, "%s: value reference %u is %s, not a continuous output", function,
+                                   (unsigned)vr[k], kind_names[kind]);
         if (order[k] < 1 || order[k] > MOST_OUTPUT_ORDER)
             return instance_refuse(m, "%s: order %d; orders 1 to %d are given", function, (int)order[k],
                                    MOST_OUTPUT_ORDER);
     }
     for (size_t k = 0; k < n; k++) {
-        if (k == 0 || order[k] != order[k - 1]) run_output_derivatives(&m->core.run, order[k], y);
-        variables_locate(vr[k], &i);
-        value[k] = y[i];
+        if (k == 0 || order[k] != order[k - 1]) time_derivatives(m, order[k], found);
+        value[k] = derivative_of(&found[0], vr[k]);
         if (!isfinite(value[k]))
             return instance_refuse(m, "%s: output %u has no finite derivative of order %d at time %.17g", function,
                                    (unsigned)vr[k], (int)order[k], m->core.run.at.time);
+        if (value[k] != derivative_of(&found[1], vr[k])) {
+            instance_refuse(m, "%s: derivative %d of output %u depends on those of inputs beyond order %d", function,
+                            (int)order[k], (unsigned)vr[k], m->input_order);
+            return STATUS_DISCARD;
+        }
     }
     return STATUS_OK;
 }
@@ -297,9 +378,9 @@ static Status enter_derivatives(Instance *m, const char *function, const uint32_
     if (instance_array(m, known, n_known, function, "knowns")) return STATUS_ERROR;
     for (size_t k = 0; k < n_unknown; k++) {
         Kind kind = variables_locate(unknown[k], &i);
-        if (kind != DERIVATIVE && kind != OUTPUT)
-            return instance_refuse(m, "%s: unknown %u is %s; only derivatives and outputs are supported", function,
-                                   (unsigned)unknown[k], kind_names[kind]);
+        if (kind != DERIVATIVE && kind != OUTPUT && kind != STATE)
+            return instance_refuse(m, "%s: unknown %u is %s; only states, derivatives and outputs are supported",
+                                   function, (unsigned)unknown[k], kind_names[kind]);
     }
     if (m->core.phase == PHASE_INITIALIZATION && instance_settle(m, function, NULL)) return STATUS_ERROR;
     if (!m->derivatives) m->derivatives = calloc(1, point_derivative_room());
@@ -313,7 +394,8 @@ static Status read_derivatives(Instance *m, const char *function, const Directio
     double dx[MODEL_ROOM(MODEL_NX)] = {0}, dy[MODEL_ROOM(MODEL_NY)] = {0};
     point_derivative(&m->core.run, along, m->derivatives, dx, dy);
     for (size_t k = 0; k < n; k++) {
-        value[k] = variables_locate(unknown[k], &i) == OUTPUT ? dy[i] : dx[i];
+        const Kind kind = variables_locate(unknown[k], &i);
+        value[k] = (kind == STATE ? along->x : kind == OUTPUT ? dy : dx)[i];
         if (!isfinite(value[k]))
             return instance_refuse(m, "%s: unknown %u has no finite derivative at time %.17g", function,
                                    (unsigned)unknown[k], m->core.run.at.time);

@@ -33,9 +33,11 @@ typedef enum { MOST_OUTPUT_ORDER = 5 } Most;
 Status variables_get(Instance *m, const char *function, const uint32_t *vr, size_t n, double *value);
 Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value);
 Status variables_get_contacts(Instance *m, const char *function, const uint32_t *vr, size_t n, int32_t *value);
-/* reference of the rate of an input, 0 for the reference of anything else */
-uint32_t variables_rate_of(uint32_t vr);
-/* derivatives of outputs in time, each of its order, at the present time (Co-Simulation) */
+/* derivatives of inputs in time, each of its order, from 1 to MODEL_INPUT_DEGREE (Co-Simulation) */
+Status variables_set_input_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n,
+                                       const int32_t *order, const double *value);
+/* derivatives of outputs in time, each of its order, at the present time (Co-Simulation); STATUS_DISCARD where one
+   depends on derivatives of inputs that the FMU cannot know */
 Status variables_output_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n,
                                     const int32_t *order, double *value);
 /* what a value reference means, and the index among its kind */
@@ -44,10 +46,10 @@ Kind variables_locate(uint32_t vr, int *index);
 int variables_memory_contact(int i);
 /* the contact of clock number i and the tick that it has, or how many clocks there are if i is beyond them */
 int variables_clock(int i, int *tick);
-/* whether its value may be asked for inside a step */
+/* what may be accessed inside a step: inputs, and what follows from the states */
 int variables_is_intermediate(uint32_t vr);
-/* whether it is the reference of an input or of the rate of one */
-int variables_is_input(uint32_t vr);
+/* reference of the rate of an input, 0 for the reference of anything else */
+uint32_t variables_rate_of(uint32_t vr);
 /* refuse any reference: the model has no variables of that type (or none that can be set) */
 Status variables_none(Instance *m, const char *function, size_t n, const char *type);
 /* the value of one variable of any type; 0 if there is none. Needs a settled instance that is past its

@@ -55,7 +55,8 @@
 
 #define MODEL_FLOWING (MODEL_IS_MAP ? 0 : MODEL_NX) /* states that an importer integrates */
 
-enum { MODEL_MAX_ORDER = 30 }; /* highest Taylor order of the states */
+enum { MODEL_MAX_ORDER = 30 };   /* highest Taylor order of the states */
+enum { MODEL_INPUT_DEGREE = 6 }; /* of the polynomials that inputs follow between two writes, at most */
 #define MODEL_TERMS (MODEL_MAX_ORDER + 1)
 #define MODEL_ROOM(n) ((n) > 0 ? (n) : 1) /* C has no arrays of length zero */
 enum { NC = MODEL_ROOM(MODEL_NC) };

@@ -15,6 +15,7 @@ typedef struct {
     Series t;
     double time_rest; /* what rounding took from t[0]; only a phase needs it */
     int apart;        /* no contact touches: orders of slip beyond the rate are left out */
+    int curved;       /* inputs have more than a rate */
     Series u[MODEL_ROOM(MODEL_NU)];
     Series du[MODEL_ROOM(MODEL_NU)]; /* rates of the inputs */
     Series x[MODEL_ROOM(MODEL_NX)];
@@ -79,9 +80,11 @@ typedef struct {
     Real p[MODEL_ROOM(MODEL_NP)];
     Real d[MODEL_ROOM(MODEL_ND)];
     Real u[MODEL_ROOM(MODEL_NU)];
-    Real du[MODEL_ROOM(MODEL_NU)];      /* rates of the inputs, constant over a step */
-    double cycle[MODEL_ROOM(MODEL_NS)]; /* of each signal, whole periods since its start */
-    short piece[MODEL_ROOM(MODEL_NS)];  /* and the knot behind it */
+    Real du[MODEL_ROOM(MODEL_NU)];                             /* rates of the inputs */
+    int curved;                                                /* they change */
+    double bend[MODEL_ROOM(MODEL_NU)][MODEL_INPUT_DEGREE - 1]; /* derivatives of the inputs, from the second on */
+    double cycle[MODEL_ROOM(MODEL_NS)];                        /* of each signal, whole periods since its start */
+    short piece[MODEL_ROOM(MODEL_NS)];                         /* and the knot behind it */
     Real x[MODEL_ROOM(MODEL_NX)];
     signed char state[MODEL_ROOM(MODEL_NC)];        /* ContactState */
     Real memory[MODEL_ROOM(MODEL_NC)];              /* speed at which a stop was last entered, 0: never; the largest

@@ -20,6 +20,23 @@ static void KIND(load_line)(Real *series, Real value, Real rate, int rooted)
     series[time_power(rooted)] = rate;
 }
 
+/* what is left of the inputs beyond their rates */
+static void KIND(load_curves)(const Point *at, Jets *j, int rooted)
+{
+    const int power = time_power(rooted);
+    for (int i = 0; i < MODEL_NU; i++) {
+        double factorial = 1.0;
+        for (int k = 3; k <= 2 * MODEL_INPUT_DEGREE; k++)
+            j->u[i][k] = j->du[i][k] = 0.0;
+        for (int n = 2; at->curved && n <= MODEL_INPUT_DEGREE; n++) {
+            j->du[i][(n - 1) * power] = at->bend[i][n - 2] / factorial;
+            factorial *= n;
+            j->u[i][n * power] = at->bend[i][n - 2] / factorial;
+        }
+    }
+    j->curved = at->curved;
+}
+
 void flow_load(const Point *at, Jets *j, int rooted)
 {
     KIND(load_line)(j->t, at->time, 1.0, rooted);
@@ -29,6 +46,7 @@ void flow_load(const Point *at, Jets *j, int rooted)
         KIND(load_line)(j->u[i], at->u[i], at->du[i], rooted);
         KIND(load_line)(j->du[i], at->du[i], 0.0, rooted);
     }
+    if (at->curved || j->curved) KIND(load_curves)(at, j, rooted);
     for (int i = 0; i < MODEL_NX; i++)
         j->x[i][0] = at->x[i];
     for (int c = 0; c < MODEL_NC; c++) {

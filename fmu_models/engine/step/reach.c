@@ -300,6 +300,19 @@ static int is_far(const Run *r)
     return far;
 }
 
+/* by how much an input and its rate change by what it has beyond its rate, within times of these sizes */
+static void add_curves(const double *bend, const double *t, double *u, double *du)
+{
+    for (int m = 0; m < DISCS; m++) {
+        double term = 1.0; /* t^(n-1)/(n-1)! */
+        for (int n = 2; n <= MODEL_INPUT_DEGREE; n++) {
+            term *= t[m] / (n - 1);
+            du[m] += fabs(bend[n - 2]) * term;
+            u[m] += fabs(bend[n - 2]) * term * t[m] / n;
+        }
+    }
+}
+
 /* how far a length is beyond what the discs allow: 1 if not, else the power p of that */
 static double shortage_of(Reach *a, double h)
 {
@@ -315,6 +328,7 @@ static double shortage_of(Reach *a, double h)
     for (int i = 0; i < MODEL_NU; i++) {
         disc_zero(a->b->du[i]);
         disc_multiple(a->b->u[i], fabs(r->at.du[i]), a->b->t);
+        if (r->at.curved) add_curves(r->at.bend[i], a->b->t, a->b->u[i], a->b->du[i]);
     }
     for (int i = 0; i < MODEL_NX; i++) {
         if (model_disc_states[i]) radii_of(j->x[i], a->order, H, a->b->x[i]);
@@ -339,8 +353,10 @@ static double shortage_of(Reach *a, double h)
     if (!a->along) require_contacts(a);
     /* series of an instant take the orders above the rate for zero */
     disc_zero(a->b->t);
-    for (int i = 0; i < MODEL_NU; i++)
+    for (int i = 0; i < MODEL_NU; i++) {
         disc_zero(a->b->u[i]);
+        disc_zero(a->b->du[i]);
+    }
     return a->shortage;
 }
 

@@ -131,6 +131,7 @@ static int all_open(const Run *r)
 static int series_to(Run *r, Jets *j, int order, double *limit)
 {
     const double BEYOND = 1.5;
+    const int told = r->at.curved ? MODEL_INPUT_DEGREE + 2 : 3; /* before, terms may vanish that are not the last */
     const double least = 16.0 * DBL_EPSILON * fabs(r->at.time); /* time has to move */
     flow_load(&r->at, j, 0);
     double power = *limit;
@@ -139,7 +140,7 @@ static int series_to(Run *r, Jets *j, int order, double *limit)
     for (int k = 0; k < order; k++) {
         taylor_field(r, j, k);
         flow_extend(j, k + 1, 0);
-        if (k + 1 >= 3 && isfinite(*limit)) {
+        if (k + 1 >= told && isfinite(*limit)) {
             vanished = vanishes(r, j, k + 1, power, *limit) ? vanished + 1 : 0;
             if (vanished == 2) order = k + 1;
         }

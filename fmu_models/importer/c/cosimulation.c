@@ -22,6 +22,8 @@
 static void look_inputs(Master *m, double t)
 {
     const Run *r = m->run;
+    while (m->shown > 0 && r->shown_times[m->shown] > t) /* an FMU may ask ahead, and then again */
+        m->shown--;
     while (m->shown + 1 < r->n_shown && r->shown_times[m->shown + 1] <= t)
         m->shown++;
     const int64_t row = m->shown * r->inputs.n;

@@ -8,6 +8,8 @@
  *     FAILED_STATUS      (if need be) its status then, other than an error
  *     NO_RESET           (if need be) it has no reset
  *     CO_SIMULATION      (if need be) do_step, which moves the model towards the time end
+ *     SAVES              (if need be, FMI 2) it gives and takes its state
+ *     REFUSES(m, end)    (if need be, FMI 2) whether it discards a step to the time end
  *     SIZE(v)            (if need be, FMI 3) elements of the array v, which takes as many value references
  *     READABLE(m, v)     (if need be) whether a value may be asked for now, UNREADABLE the status if not
  *     INDICATED(m)       (if need be) whether there are indicators now; if not, they are discarded
@@ -55,6 +57,13 @@
 #endif
 #ifndef FAILS
 #define FAILS 0
+#endif
+
+#ifndef SAVES
+#define SAVES 0
+#endif
+#ifndef REFUSES
+#define REFUSES(m, end) 0
 #endif
 
 #ifndef FAILED_STATUS

@@ -97,7 +97,7 @@ def test_bounces_at_the_start_depend_on_everything() -> None:
 def test_contact_states_are_outputs_where_they_are_asked_for() -> None:
     """Importers that read every output as a real number cannot open an FMU with integer outputs."""
     system = lower(variant("disc_rig"))
-    shown = ModelStructure(dataclasses.replace(system, shown_states=frozenset({"disc0"})))
+    shown = ModelStructure(dataclasses.replace(system, exposed=frozenset({"disc0_state"})))
     causality = {v.name: v.causality for v in shown.variables.listed}
     assert (causality["disc0_state"], causality["disc1_state"]) == ("output", "local")
     (state,) = (u for u in shown.output_unknowns if u.variable.name == "disc0_state")

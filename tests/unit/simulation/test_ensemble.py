@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from crossed import crossings
 
 from fmu_models import maps
 from fmu_models.analyses.attractors import claimed, targets_of
@@ -26,7 +27,6 @@ from fmu_models.sections.iteration import Iteration, iterate
 from fmu_models.sections.periodic import find_cycles, motion_at
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.sections import crossings
 from fmu_models.simulation.sensitivity import flow_derivative
 
 SUPPORT, HINGE, BALL = load("discontinuous_support"), load("hinge_clearance"), load("bouncing_ball")

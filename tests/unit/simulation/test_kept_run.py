@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from crossed import crossings
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,7 +19,6 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
 from fmu_models.simulation.run import KeptRun, simulate
-from fmu_models.simulation.sections import crossings
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Events, Trajectory

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
+from crossed import crossings
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ellipk, ellipkinc
@@ -22,7 +23,7 @@ from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import RUN
 from fmu_models.simulation.run import simulate
-from fmu_models.simulation.sections import Section, SectionFollower, crossings
+from fmu_models.simulation.sections import Section, SectionFollower
 
 FREE = Fmu.open(built("disc_rig", contacts=[]))
 BALL = Fmu.open(built("bouncing_ball"))
@@ -198,8 +199,6 @@ def test_what_is_refused():
         crossings(FREE, "omga", stop_time=1.0)
     with pytest.raises(StickslipError, match="crossed in the direction 1"):
         crossings(FREE, "omega", direction=2, stop_time=1.0)
-    with pytest.raises(StickslipError, match="Ask for one at least"):
-        crossings(FREE, "omega", most=0, stop_time=1.0)
     with pytest.raises(StickslipError, match="must end after it starts"):
         crossings(FREE, "omega", stop_time=0.0)
     with pytest.raises(StickslipError, match="must be a finite number"):

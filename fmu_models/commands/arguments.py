@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
+from fmu_models.base.child_process import MEMORY, TIME, Limits
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.figures import check_files, save_figure
 
@@ -41,6 +42,30 @@ def scene_of(path: str, contacts: str | None) -> Scene:
     if contacts is not None:
         raise StickslipError("A scene says itself which contacts are in use: change 'contacts' there.")
     return read_scene(path)
+
+
+@dataclass(frozen=True)
+class Isolation:
+    """A process of its own for a run."""
+
+    isolate: Annotated[bool, typer.Option("--isolate", help="Run in a process of its own.")] = False
+    time_limit: Annotated[
+        float | None,
+        typer.Option(help=f"With --isolate: wall time after which the run is stopped, s (default: {TIME:g})."),
+    ] = None
+    memory_limit: Annotated[
+        float | None,
+        typer.Option(help=f"With --isolate: memory that the run may use, MB (Linux; default: {MEMORY:g})."),
+    ] = None
+
+    def limits(self) -> Limits | None:
+        """Those of the process; None without one. StickslipError: a limit where there is none."""
+        if not self.isolate and not (self.time_limit is None and self.memory_limit is None):
+            raise StickslipError("A limit of time or memory holds for a process of its own. Add --isolate.")
+        if not self.isolate:
+            return None
+        default, time, memory = Limits.default(), self.time_limit, self.memory_limit
+        return Limits(default.time if time is None else time, default.memory if memory is None else memory)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from fmu_models.base import console
-from fmu_models.commands.arguments import RunFiles
+from fmu_models.base.errors import StickslipError
+from fmu_models.commands.arguments import Isolation, RunFiles
 from fmu_models.commands.bundles import bundled
 
 SOLVERS = "auto, dopri5, dop853, stiff, co-simulation"
@@ -27,6 +28,7 @@ def couple(
     samples: Annotated[int | None, typer.Option(help="Number of output times.", min=2)] = None,
     *,
     files: RunFiles,
+    isolation: Isolation,
     json: console.Json = False,
 ) -> None:
     """Simulate several FMUs as one system.
@@ -42,6 +44,7 @@ def couple(
 
     from fmu_models.coupling import run
     from fmu_models.coupling.toml_system import read_system
+    from fmu_models.importer.motion_error import MotionError
     from fmu_models.report import coupled_summary
     from fmu_models.simulation.beside import times_beside
 
@@ -57,7 +60,14 @@ def couple(
     if exact and times is not None:
         times = times_beside(logs, times)
     with console.output_of_libraries(), console.progress("simulating") as advance:
-        recording = run.recorded(system, output_times=times, progress=advance)
+        try:
+            trajectory = run.couple(system, output_times=times, progress=advance, limits=isolation.limits())
+        except MotionError as error:
+            if error.so_far is None or not files.output:
+                raise
+            files.write(run.recorded(system, error.so_far), [], system.fmus, system.name)
+            raise StickslipError(f"{error} What ran until then is in '{files.output}'.") from error
+    recording = run.recorded(system, trajectory)
     written = files.write(recording, logs, system.fmus, system.name)
     content = coupled_summary.summary(system, recording) | written
     console.say(json, content, lambda out: coupled_summary.print_summary(content, out))

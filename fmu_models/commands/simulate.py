@@ -11,14 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fmu_models.base import console
-from fmu_models.base.child_process import MEMORY, TIME
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shipped import is_scene
-from fmu_models.commands.arguments import NAMED, RunFiles, scene_of
+from fmu_models.commands.arguments import NAMED, Isolation, RunFiles, scene_of
 from fmu_models.commands.bundles import bundled
 
 if TYPE_CHECKING:
-    from fmu_models.base.child_process import Limits
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.importer.experiment import FmuExperiment
     from fmu_models.simulation.beside import Beside
@@ -76,15 +74,7 @@ def simulate(
     error: Annotated[
         bool, typer.Option("--error", help="Check the defect, run again four times otherwise, and estimate the error.")
     ] = False,
-    isolate: Annotated[bool, typer.Option("--isolate", help="Run in a process of its own.")] = False,
-    time_limit: Annotated[
-        float | None,
-        typer.Option(help=f"With --isolate: wall time after which the run is stopped, s (default: {TIME:g})."),
-    ] = None,
-    memory_limit: Annotated[
-        float | None,
-        typer.Option(help=f"With --isolate: memory that the run may use, MB (Linux; default: {MEMORY:g})."),
-    ] = None,
+    isolation: Isolation,
     json: console.Json = False,
 ) -> None:
     """Simulate a model, or the FMU of anybody, and tell what happened.
@@ -109,7 +99,7 @@ def simulate(
     files.check()
     if error and second_run:
         raise StickslipError("--error and --second-run are two answers to how far a run can be trusted; choose one.")
-    limits = _limits(isolate, time_limit, memory_limit)
+    limits = isolation.limits()
     logs = files.logs()
     changed = {"parameters": (settings, "parameter"), "start": (start, "start value"), "inputs": (inputs, "input")}
     fmu, options = _to_run(model, contacts, until, changed)
@@ -170,19 +160,6 @@ def _opened(model: str, contacts: str | None) -> Fmu:
             f"stickslip inspect {fmu.path} lists them."
         )
     return fmu
-
-
-def _limits(isolate: bool, time_limit: float | None, memory_limit: float | None) -> Limits | None:
-    from fmu_models.base.child_process import Limits
-
-    if not isolate and not (time_limit is None and memory_limit is None):
-        raise StickslipError("A limit of time or memory holds for a process of its own. Add --isolate.")
-    if not isolate:
-        return None
-    default = Limits.default()
-    return Limits(
-        default.time if time_limit is None else time_limit, default.memory if memory_limit is None else memory_limit
-    )
 
 
 def _experiment(

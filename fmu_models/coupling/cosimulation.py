@@ -24,9 +24,9 @@ from numpy.typing import ArrayLike
 from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.control import SHRINK, StepControl
 from fmu_models.coupling.histories import SLOPE_AT_END, History, Matrix, Vector
+from fmu_models.coupling.outcome import Outcome, Tell
 from fmu_models.coupling.points import CommunicationPoints
 from fmu_models.coupling.recording import recording
-from fmu_models.coupling.unit import SteppedUnit
 from fmu_models.importer import request
 from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.trajectory import Trajectory
@@ -47,10 +47,14 @@ STUBBORN = 3  # misses in a row that a shorter step does not lessen: a jump
 
 
 def co_simulate(
-    system: CoupledSystem, *, output_times: ArrayLike | None = None, progress: Callable[[float], None] | None = None
+    system: CoupledSystem,
+    *,
+    output_times: ArrayLike | None = None,
+    progress: Callable[[float], None] | None = None,
+    tell: Tell | None = None,
 ) -> Trajectory:
     """Step the units of ``system``; see ``couple``. MotionError: a unit fails; StickslipError: a unit cannot do what
-    the settings ask for."""
+    the settings ask for. tell: called with the name of a unit before it steps, and with what was recorded since."""
     for name, unit in system.units.items():
         if unit.fmu.description.coSimulation is None:
             raise StickslipError(
@@ -65,23 +69,26 @@ def co_simulate(
         units=dict(sorted(system.units.items())),
         connections=sorted(system.connections, key=lambda c: (c.target, c.source)),
     )
-    master = Master(arranged, list(system.units), times)
+    master = Master(arranged, list(system.units), times, tell)
     try:
         return master.run(progress)
+    except MotionError as error:
+        raise error.after(master.trajectory()) from error
     finally:
         master.points.composite.close()
 
 
-class Master:
+class Master(Outcome):
     """A run of a co-simulation.
 
     Args:
         names: of the units in the order in which they are recorded.
         times: when to record, s; None: at the communication points.
+        tell: as of ``co_simulate``.
     """
 
-    def __init__(self, system: CoupledSystem, names: list[str], times: Vector | None) -> None:
-        self.system, self.points = system, CommunicationPoints(system)
+    def __init__(self, system: CoupledSystem, names: list[str], times: Vector | None, tell: Tell | None = None) -> None:
+        self.system, self.points, self.tell = system, CommunicationPoints(system), tell
         self.units = self.points.units
         fixed = [unit.name for unit in self.units if not unit.puts_back]
         if system.rollback and fixed:
@@ -110,7 +117,9 @@ class Master:
         self._smooth = not any(unit.continuous.any() for unit in self.units)
         self.h, self._limit = 0.0, np.inf  # of the next step alone
         self._before: Vector | None = None  # what was read before the last event
-        self.recorded, self.output, self.watch = recording(self.points, names, times, fixed=bool(self.step))
+        recorded, self.output, self.watch = recording(self.points, names, times, fixed=bool(self.step))
+        variables = self.points.composite.fmu.variables
+        self.measured_in = {name: str(variables[name].unit or "1") for name in recorded}
         # those that may return early go first: where nothing can be put back, they are the ones that others wait for
         self._order = sorted(range(len(self.units)), key=lambda i: (not self.units[i].stops, not self.units[i].events))
 
@@ -130,12 +139,14 @@ class Master:
         self._restart()
         while points.time < system.stop_time and not any(unit.ended for unit in self.units):
             self._advance()
+            if self.tell:
+                self.tell(self.news())
             if progress:
                 progress((points.time - system.start_time) / self.span)
         self.output.finish(points.time)
         for unit in self.units:
             unit.terminate()
-        return self._trajectory()
+        return self.trajectory()
 
     def _restart(self) -> None:
         """Behind the start, an event or a jump: a history of this point alone."""
@@ -191,8 +202,11 @@ class Master:
                 reached, series = self._move(end)
             except MotionError as error:
                 discards += 1
-                if error.kind != "discard" or not self.repeats or discards > DISCARDS:
+                if error.kind != "discard" or not self.repeats:
                     raise
+                if discards > DISCARDS:
+                    text = f"{error} It has refused {DISCARDS} longer ones before. End the run there, or mend the unit."
+                    raise MotionError(text, error.kind, start) from error
                 self._put_back(start, noted, before)
                 h = 0.25 * (end - start)
                 continue
@@ -256,6 +270,8 @@ class Master:
         done: list[int] = []
         for i in self._order:
             unit = self.units[i]
+            if self.tell:
+                self.tell(unit.name)
             stop = unit.stops and (not done or (all(self.units[k].puts_back for k in done) and self.saves))
             reached = unit.step(end, self.points.unit_inputs(i, fed, end), stop)
             if unit.ended and unit.time < end:
@@ -369,30 +385,6 @@ class Master:
                 del events[-2:]
                 before = self.output.last
         self._before = before
-
-    def _trajectory(self) -> Trajectory:
-        output, variables = self.output, self.points.composite.fmu.variables
-        rows = np.array(output.rows).reshape(len(output.time), -1)
-        values = {name: np.ascontiguousarray(rows[:, i]) for i, name in enumerate(self.recorded)}
-        units = {name: str(variables[name].unit or "1") for name in values}
-        calls = max(unit.calls for unit in self.units)
-        note = f"co-simulation of {len(self.units)} units, "
-        fixed = "fixed step" if self.step else "no step repeated"
-        note += "steps repeated where they miss" if self.repeats else fixed
-        note += f", degree up to {self.reached}: {self.retries} retries, at most {calls} calls of a unit"
-        if self.missed:
-            note += f"; {self.missed} steps missed the tolerance"
-        note += "; " + "; ".join(self._words(unit) for unit in self.units)
-        ended = [unit.name for unit in self.units if unit.ended]
-        if ended:
-            note += f"; unit '{ended[0]}' ended the run at t = {self.points.time:.9g} s"
-        events = tuple(self.points.events)
-        return Trajectory(np.array(output.time), values, units, events, self.steps, self.retries, note)
-
-    @staticmethod
-    def _words(unit: SteppedUnit) -> str:
-        remark = unit.instance.remark
-        return unit.words + (f", {remark}" if remark else "")
 
 
 __all__ = ["Master", "co_simulate"]

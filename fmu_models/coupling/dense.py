@@ -40,6 +40,7 @@ class DenseOutput:
         others = ~held
         others[self._slopes] = False
         self._others = np.flatnonzero(others)
+        self.told = 0  # how many of the rows somebody knows
         self._points: list[float] = []
         self._values: list[Vector] = []
         self.time: list[float] = []

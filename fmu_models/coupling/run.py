@@ -6,16 +6,21 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.processes import isolated
 from fmu_models.coupling.composite import Composite
 from fmu_models.coupling.cosimulation import co_simulate
+from fmu_models.coupling.histories import Vector
+from fmu_models.coupling.outcome import News, Tell, columns
 from fmu_models.coupling.system import BY_STEPS, CoupledSystem
 from fmu_models.coupling.wiring import split
 from fmu_models.importer import instance, request
 from fmu_models.importer.batch import Batch
 from fmu_models.importer.driver import Driver
+from fmu_models.importer.motion_error import MotionError
 from fmu_models.simulation.results import Provenance, Recording
 from fmu_models.simulation.trajectory import Trajectory
 
@@ -61,7 +66,11 @@ class CoupledDriver(Driver):
 
 
 def couple(
-    system: CoupledSystem, *, output_times: ArrayLike | None = None, progress: Callable[[float], None] | None = None
+    system: CoupledSystem,
+    *,
+    output_times: ArrayLike | None = None,
+    progress: Callable[[float], None] | None = None,
+    limits: Limits | None = None,
 ) -> Trajectory:
     """Run a coupled system; variables of the trajectory are "unit.variable".
 
@@ -69,32 +78,75 @@ def couple(
         output_times: (n,) s, ascending, within the run; default 1001 equally spaced, in a co-simulation the
             communication points.
         progress: called with the fraction done.
+        limits: of a process of its own for the run; None runs here, where a fault of a unit ends this process.
 
     Raises:
-        MotionError: the run cannot be continued; says when and why.
+        MotionError: the run cannot be continued; says when and why, and keeps what ran so far.
         StickslipError: a unit lacks what the solver needs.
     """
+    if limits is not None:
+        return _apart(system, output_times, progress, limits)
+    return _here(system, output_times, progress)
+
+
+def _apart(
+    system: CoupledSystem, output_times: ArrayLike | None, progress: Callable[[float], None] | None, limits: Limits
+) -> Trajectory:
+    """The run in a process of its own, which tells what it does as long as it lives."""
+    unit, measured_in, times, rows = "", dict[str, str](), list[float](), list[Vector]()
+
+    def listen(report: float | str | News) -> None:
+        nonlocal unit, measured_in
+        if isinstance(report, str):
+            unit = report
+        elif isinstance(report, tuple):
+            measured_in = report[0]
+            times.extend(report[1])
+            rows.extend(report[2])
+        elif progress:
+            progress(report)
+
+    try:
+        return isolated(_in_child, system, output_times, limits=limits, progress=listen)
+    except IsolatedFailure as failure:
+        last = times[-1] if times else system.start_time
+        where = f"unit '{unit}', in its step behind t = {last:.9g} s" if unit else f"the units of '{system.name}'"
+        text = f"{where}: {failure} The fault is in the FMU's library, or the run needs more than it may have."
+        so_far = Trajectory(np.array(times), columns(measured_in, rows), measured_in, (), len(times), 0, BY_STEPS)
+        raise MotionError(text, failure.cause, last).after(so_far) from failure
+
+
+def _in_child(
+    system: CoupledSystem, output_times: ArrayLike | None, *, progress: Callable[[float | str | News], None]
+) -> Trajectory:
+    return _here(system, output_times, progress, progress)
+
+
+def _here(
+    system: CoupledSystem,
+    output_times: ArrayLike | None,
+    progress: Callable[[float], None] | None,
+    tell: Tell | None = None,
+) -> Trajectory:
     if not system.units:
         times = request.output_times(output_times, system.start_time, system.stop_time)
         return with_connectors(system, Trajectory(times, {}, {}, (), 0, 0, "values alone, no units"))
     if system.solver == BY_STEPS or (system.solver == "auto" and not system.exchanges_models):
-        return with_connectors(system, co_simulate(system, output_times=output_times, progress=progress))
+        run = co_simulate(system, output_times=output_times, progress=progress, tell=tell)
+        return with_connectors(system, run)
     return with_connectors(system, _as_one(system, output_times, progress))
 
 
 def with_connectors(system: CoupledSystem, trajectory: Trajectory) -> Trajectory:
     """The trajectory with the connectors of the system that have a number, or a source that was recorded."""
-    values, units = dict[str, NDArray[np.float64]](), dict[str, str]()
-    for name, connector in system.connectors.items():
-        if connector.source in trajectory.values:
-            values[name] = connector.factor * trajectory.values[str(connector.source)] + connector.offset
-        elif isinstance(connector.value, float):
-            values[name] = np.full(trajectory.time.size, connector.value)
-        if name in values:
-            units[name] = connector.unit or "1"
-    if not values:
-        return trajectory
-    return replace(trajectory, values={**trajectory.values, **values}, units={**trajectory.units, **units})
+    values = {
+        name: c.factor * trajectory.values[c.source] + c.offset if c.source else np.full(trajectory.time.size, c.value)
+        for name, c in system.connectors.items()
+        if c.source in trajectory.values or isinstance(c.value, float)
+    }
+    units = {name: system.connectors[name].unit or "1" for name in values}
+    replaced = {"values": {**trajectory.values, **values}, "units": {**trajectory.units, **units}}
+    return replace(trajectory, **replaced) if values else trajectory
 
 
 def _as_one(
@@ -130,11 +182,8 @@ def _as_one(
     return replace(trajectory, method=note)
 
 
-def recorded(
-    system: CoupledSystem, *, output_times: ArrayLike | None = None, progress: Callable[[float], None] | None = None
-) -> Recording:
-    """``couple``, with a description per variable and where all comes from."""
-    trajectory = couple(system, output_times=output_times, progress=progress)
+def recorded(system: CoupledSystem, trajectory: Trajectory) -> Recording:
+    """A run of the system with a description per variable, and where all comes from."""
     descriptions: dict[str, str] = {}
     for name in trajectory.values.keys() - system.connectors.keys():
         unit, variable = split(system.fmus, name, system.name)

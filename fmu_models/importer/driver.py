@@ -21,7 +21,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import instance, request, structure, text_calls, texts
 from fmu_models.importer.batch import Batch, begun
 from fmu_models.importer.clocks import Clocks, check_event_mode, merged
-from fmu_models.importer.motion_error import RUN, ZENO, indicator_name, motion_error
+from fmu_models.importer.motion_error import RUN, ZENO, MotionError, indicator_name, motion_error
 from fmu_models.importer.words import note, nothing_to_record
 from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.trajectory import ForeignEvent, Trajectory
@@ -237,7 +237,8 @@ class Driver(Shown):
             if progress:
                 progress(prepared.c.next_time / max(1, times.size))
         if status not in (RUN.DONE, RUN.TERMINATED):
-            raise self._error(status, prepared.c)
+            error = self._error(status, prepared.c)
+            raise error.after(self._trajectory(prepared, times, tuple(events), status, first))
         return self._trajectory(prepared, times, tuple(events), status, first)
 
     def batch(
@@ -326,6 +327,7 @@ class Driver(Shown):
             self._instance.log.count = 0
             self._instance.log.message = b""
             if self._instance.calls.resets:
+                self._instance.log.warnings = 0
                 self._instance.renew()
         status = self._library.master_run(self._master, ctypes.byref(prepared.c))
         # from now on there is a run behind the instance
@@ -347,7 +349,7 @@ class Driver(Shown):
             name = self._indicators[i] if i >= 0 else ""
             yield ForeignEvent(time, EVENT_KINDS[kind], i, name, before, after, tuple(old), tuple(new))
 
-    def _error(self, status: int, c: ctypes.Structure) -> StickslipError:
+    def _error(self, status: int, c: ctypes.Structure) -> MotionError:
         return motion_error(self.fmu, status, c, self._states, self._gradient, self._instance.message())
 
     def _end(self, c: ctypes.Structure) -> str:
@@ -378,8 +380,8 @@ class Driver(Shown):
             method += request.StepBound.of(self.fmu, self._max_step, prepared.c.start, prepared.c.stop).words
         if prepared.c.jacobians and self._instance.calls.directional:
             method += ", Jacobians by the FMU's directional derivatives"
-        if self.method == CO_SIMULATION and self._instance.remark:
-            method += f", {self._instance.remark}"
+        if remark := self._instance.remark:
+            method += f", {remark}"
         if silent := self.clocks.silent(prepared.clocks):
             method += f"; {silent}"
         if status == RUN.TERMINATED:

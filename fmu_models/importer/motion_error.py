@@ -17,6 +17,7 @@ from fmu_models.importer.clocks import clocks_of
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
+    from fmu_models.simulation.trajectory import Trajectory
 
 RUN = declarations("importer/c/master.h").constants("RunStatus", "RUN_")
 METHOD = declarations("importer/c/master.h").constants("MethodChoice", "METHOD_")
@@ -31,14 +32,22 @@ class MotionError(StickslipError):
         kind: a value of KINDS.
         time: s; of a Zeno motion the time at which its events accumulate.
         indicator: index of the event indicator concerned, or None.
+        so_far: the run up to there, where there is any.
     """
+
+    so_far: Trajectory | None = None
 
     def __init__(self, text: str, kind: str, time: float, indicator: int | None = None) -> None:
         super().__init__(text)
         self.kind, self.time, self.indicator = kind, time, indicator
 
     def __reduce__(self) -> tuple[object, ...]:
-        return MotionError, (str(self), self.kind, self.time, self.indicator)
+        return MotionError, (str(self), self.kind, self.time, self.indicator), {"so_far": self.so_far}
+
+    def after(self, trajectory: Trajectory) -> MotionError:
+        """The error, with the run up to there."""
+        self.so_far = trajectory if trajectory.time.size else None
+        return self
 
 
 def indicator_name(fmu: Fmu, index: int) -> str:
@@ -111,7 +120,7 @@ _TEXTS = {
     RUN.BAD_EVENT_TIME: "the FMU gives nextEventTime, the time of its next event, the value {value:g} at {at}; "
     "expected a time. Mend the FMU, or end the run before it.",
     RUN.STALLS: "doStep returns at {at} without progress, {value:.0f} times in a row. Choose another step.",
-    RUN.DISCARD: "doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one.",
+    RUN.DISCARD: "doStep discards the communication step of {value:.9g} s at {at}{far}. Choose a shorter one.",
     RUN.EVENTS_PILE_UP: "{value:.0f} events follow one another at {at} without progress; the FMU does not go on from "
     "there.",
     RUN.ZENO: "infinitely many events of {indicator} accumulate at {at}; each interval is {value:.4g} of the one "
@@ -138,7 +147,8 @@ def _text(fmu: Fmu, status: int, report: ctypes.Structure, states: Sequence[str]
         return f"the clock '{clock.name}' has the {quantity} {value:g} s; expected {least}, and finite."
     if status == RUN.FMI_ERROR:
         name = instance.FUNCTIONS[index][fmu.fmi - 2] or instance.FUNCTIONS[index][3 - fmu.fmi]
-        failure = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
+        refusal = {"Set": "refuses a value", "Get": "gives no value (discard)"}.get(str(name)[:3], "discards the call")
+        failure = refusal if value == 2 else "fails" if value < 4 else "fails for good"
         return f"{fmi1.called(fmu, str(name))} {failure} at {at}."
     if status == RUN.NOT_FINITE and not math.isfinite(value):
         return f"the FMU gives the state '{states[index]}' the value {value:g} in its event at {at}."
@@ -148,7 +158,9 @@ def _text(fmu: Fmu, status: int, report: ctypes.Structure, states: Sequence[str]
             f"the steps are {value:.2g} s long at {at}, and the run would not end in hours: its equations jump there "
             f"without an event indicator{stiff}. Loosen the tolerance, or give the model an event there."
         )
-    names = {"state": states[index] if 0 <= index < len(states) else "", "second": ""}
+    names = {"state": states[index] if 0 <= index < len(states) else "", "second": "", "far": ""}
+    if time < report.report_reached < time + value:
+        names["far"] = f", of which it made {report.report_reached - time:.9g} s"
     if status == RUN.CHATTERING_OF_TWO:
         names["second"] = _named(fmu, report.report_other, states, np.zeros(len(states)))
     indicator = _named(fmu, index, states, gradient)

@@ -12,7 +12,8 @@ from fmu_models.fmu.fmu import Fmu
 
 Models = Callable[[str], Fmu]
 FOLDER = Path(__file__).parent / "models"
-ORDERS = {"lazy": ("-DLAZY",), "hasty": ("-DHASTY",)}  # of calls by which an FMU computes, by how its name begins
+# options by how the name of a model begins: the order of calls by which it computes; what it cannot do is a warning
+ORDERS = {"lazy": ("-DLAZY",), "hasty": ("-DHASTY",), "warning": ("-DFAILED_STATUS=1",)}
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class Foreign:
     directional: bool = False
     co_simulation: bool = False  # and no Model Exchange
     any_step: bool = True
+    saves: bool = False  # gives and takes its state, in FMI 2
     experiment: Mapping[str, str] = field(default_factory=dict)  # that it suggests
     echoes: Sequence[str] = ()  # outputs that are the derivatives, in their order
 
@@ -93,7 +95,12 @@ MODELS = {
     "pulse_stopped": replace(PULSE, experiment={"startTime": "0", "stopTime": "0.5"}),
     "fickle": Foreign(("x",), (1.0,)),
     "grumble": Foreign(("x",), (1.0,)),
+    "warning_grumble": Foreign(("x",), (1.0,)),
+    "halting": Foreign(("x",), (0.0,), co_simulation=True),
+    "brink": Foreign(("x",), (1.0,), indicators=1, echoes=("rate",)),
+    "creeping_stepped": Foreign(("x",), (0.0,), (("at", 0.5),), ("ticks",), co_simulation=True),
     "integers": INTEGERS,
+    "harm": Foreign(("x",), (0.0,), (("u", 0.0), ("harm", 0.0)), inputs=("u",), co_simulation=True, saves=True),
     "integers_fixed": replace(INTEGERS, any_step=False),
     "integers_refusing": INTEGERS,
     "forced": FORCED,
@@ -237,7 +244,8 @@ def _interface(name: str, m: Foreign, exchange: str, events: str) -> str:
     if not m.co_simulation:
         return f'<ModelExchange modelIdentifier="{name}" {exchange}="{_word(m.directional)}"/>'
     any_step = f'canHandleVariableCommunicationStepSize="{_word(m.any_step)}"'
-    return f'<CoSimulation modelIdentifier="{name}" {any_step} {events}/>'
+    states = 'canGetAndSetFMUstate="true"' if m.saves and not events else ""
+    return f'<CoSimulation modelIdentifier="{name}" {any_step} {events} {states}/>'
 
 
 def _experiment(m: Foreign) -> str:

@@ -214,7 +214,8 @@ def test_a_system_without_components_has_the_values_of_its_connectors(tmp_path):
         tmp_path, connectors("u input Real m", "free input") + given + f"<ssd:Elements>{inner}</ssd:Elements>"
         + connected("u -> in.u"),
     )  # fmt: skip
-    recording = recorded(read_system(path))
+    system = read_system(path)
+    recording = recorded(system, couple(system))
     run = recording.trajectory
     assert {name: values[-1] for name, values in run.values.items()} == {"u": 0.003, "in.u": 0.003, "in.c": 4.0}
     assert run.time[-1] == 1.0 and "values alone" in run.method

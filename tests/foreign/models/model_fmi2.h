@@ -68,9 +68,26 @@ NONE(Boolean, fmi2Boolean)
 #ifndef TEXTS
 NONE(String, fmi2String)
 #endif
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s) { return fmi2Error; }
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s) { return fmi2Error; }
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s) { return fmi2Error; }
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *s)
+{
+    if (!SAVES) return fmi2Error;
+    if (*s == NULL) *s = malloc(sizeof(Model));
+    memcpy(*s, c, sizeof(Model));
+    return fmi2OK;
+}
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate s)
+{
+    if (!SAVES) return fmi2Error;
+    memcpy(c, s, sizeof(Model));
+    return fmi2OK;
+}
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *s)
+{
+    if (!SAVES) return fmi2Error;
+    free(*s);
+    *s = NULL;
+    return fmi2OK;
+}
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate s, size_t *n) { return fmi2Error; }
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate s, fmi2Byte *b, size_t n) { return fmi2Error; }
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte *b, size_t n, fmi2FMUstate *s) { return fmi2Error; }
@@ -99,9 +116,10 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real length, fmi2Boolean no_set)
 {
     Model *m = c;
+    if (REFUSES(m, t + length)) return fmi2Discard;
     while (do_step(m, t + length))
         update(m);
-    return m->terminates ? fmi2Discard : fmi2OK;
+    return m->terminates || DISCARDS(m) ? fmi2Discard : fmi2OK;
 }
 fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }
 #define ASK(Name, Value)                                                                                               \

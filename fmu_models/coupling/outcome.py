@@ -1,0 +1,67 @@
+"""What a co-simulation came to: at its end, where it broke off, or in a process of its own that may die."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from fmu_models.coupling.dense import DenseOutput
+from fmu_models.coupling.histories import Vector
+from fmu_models.coupling.points import CommunicationPoints
+from fmu_models.simulation.trajectory import Trajectory
+
+News = tuple[dict[str, str], list[float], list[Vector]]  # units of measure by name; times and rows since the last ones
+Tell = Callable[[str | News], None]
+
+
+class Outcome:
+    """What a master records and counts.
+
+    Attributes:
+        measured_in: units of measure of what is recorded, by name.
+        step, repeats: of the settings: the communication step, s; whether steps that miss are repeated.
+        steps, retries, missed: accepted steps, repeated ones, and accepted ones that missed the tolerance.
+        reached: the highest degree.
+    """
+
+    points: CommunicationPoints
+    output: DenseOutput
+    measured_in: dict[str, str]
+    step: float | None
+    repeats: bool
+    steps: int
+    retries: int
+    missed: int
+    reached: int
+
+    def trajectory(self) -> Trajectory:
+        """The points recorded so far, and in words how they were reached."""
+        output, points = self.output, self.points
+        calls = max(unit.calls for unit in points.units)
+        note = f"co-simulation of {len(points.units)} units, "
+        fixed = "fixed step" if self.step else "no step repeated"
+        note += "steps repeated where they miss" if self.repeats else fixed
+        note += f", degree up to {self.reached}: {self.retries} retries, at most {calls} calls of a unit"
+        if self.missed:
+            note += f"; {self.missed} steps missed the tolerance"
+        for unit in points.units:
+            note += f"; {unit.words}" + (f", {unit.instance.remark}" if unit.instance.remark else "")
+        ended = [unit.name for unit in points.units if unit.ended]
+        if ended:
+            note += f"; unit '{ended[0]}' ended the run at t = {points.time:.9g} s"
+        values, events = columns(self.measured_in, output.rows), tuple(points.events)
+        return Trajectory(np.array(output.time), values, self.measured_in, events, self.steps, self.retries, note)
+
+    def news(self) -> News:
+        """What was recorded since the last time, but for the last point, which an event may replace."""
+        output = self.output
+        new = slice(output.told, max(output.told, len(output.time) - 1))
+        output.told = new.stop
+        return self.measured_in, output.time[new], output.rows[new]
+
+
+def columns(names: Iterable[str], rows: Sequence[Vector]) -> dict[str, Vector]:
+    """Values (n,) by name, of n rows."""
+    table = np.array(rows).T
+    return {name: np.ascontiguousarray(table[i]) if rows else np.zeros(0) for i, name in enumerate(names)}

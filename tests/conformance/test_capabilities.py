@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from typing import Any
 
 import fmpy
@@ -73,7 +74,9 @@ def test_adjoint_derivatives_are_differences_weighed_by_the_seed(rig: Fmu) -> No
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_nothing_else_and_in_no_other_way_moves_an_unknown(version: str) -> None:
     fmu = Fmu.open(built("disc_rig", fmi_version=version))
-    found = []
+    found: list[np.ndarray] = []
+    names: list[str] = []
+    moved: list[np.ndarray] = []
     for point in POINTS:
         with face(fmu, co_simulation=False) as one:
             slipping = Slipping(one, point)
@@ -143,5 +146,5 @@ def test_execution_by_a_scheduler_is_neither_claimed_nor_begun(rig: Fmu) -> None
     assert rig.description.scheduledExecution is None
     with face(rig) as one:
         begin = one.api.dll["fmi3InstantiateScheduledExecution"]
-        begin.restype = fmpy.fmi3.c_void_p
+        begin.restype = ctypes.c_void_p
         assert begin(b"rig", b"", b"", False, False, *[None] * 5) is None

@@ -34,13 +34,8 @@ class Unit(Shown):
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector that a system has itself: factor source + offset, where ``source`` ("unit.variable") feeds it, or a
-    value; neither where nothing feeds it.
-
-    Attributes:
-        kind: "input", "output", "parameter", "calculatedParameter", "inout" or "local".
-        type, unit: None where they are not known.
-    """
+    """A connector that a system has itself, of a kind and type of SSP: factor source + offset, where ``source``
+    ("unit.variable") feeds it, or a value; neither where nothing feeds it."""
 
     kind: str
     type: str | None = None
@@ -53,8 +48,7 @@ class Connector:
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """The description (.ssd) that a system was read from, in a folder of its own if it was ``packed``, and what it
-    said."""
+    """The description (.ssd) that a system was read from, in a folder of its own if ``packed``, and what it said."""
 
     description: Path
     packed: bool

@@ -12,16 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scene_file import CLASS_A, scene_of
+from timed_scene import time_runs
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import arguments, compare, compute
 from fmu_models.scene.kinds.kind import period
+from fmu_models.scene.left_out import left_out, size, whole_model
+from fmu_models.scene.read import read_scene
 from fmu_models.scene.reduce import built_scene, export_scene, reduced, unfolded
 from fmu_models.scene.scene import Compute, Scene
 from fmu_models.simulation.run import simulate
-from fmu_models.validation.scene_savings import left_out, size, time_runs, whole_model
 
 
 def test_units_are_converted(tmp_path: Path) -> None:
@@ -44,6 +46,17 @@ def test_a_scene_read_again_is_the_same_and_needs_no_model(tmp_path: Path) -> No
         "heavy = {'sympy', 'pint', 'matplotlib', 'scipy', 'pandas'} & set(sys.modules); assert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+DATA = Path(__file__).parents[3] / "data"
+SHIPPED = sorted([*(DATA / "scenes").glob("*.toml"), *(DATA / "systems_of_the_literature").glob("*.toml")])
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_every_shipped_scene_is_the_same_from_its_own_words(path: Path) -> None:
+    scene = read_scene(path)
+    read = Scene.from_json(scene.to_json())
+    assert read == scene and read.to_json() == scene.to_json() and len(SHIPPED) > 100
 
 
 def test_the_fmu_holds_only_what_the_scene_uses(tmp_path: Path) -> None:

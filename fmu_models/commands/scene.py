@@ -23,7 +23,7 @@ def scene(
         typer.Option("--set", metavar="NAME=VALUE", help="Another value of a constant, 0.1 or '3 mm'; repeat."),
     ] = None,
     explain: Annotated[
-        bool, typer.Option("--explain", help="List what is left out and why, and measure what that saves.")
+        bool, typer.Option("--explain", help="List what is left out and why, and how much smaller that is.")
     ] = False,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the results as CSV.")] = None,
     figure: Annotated[
@@ -45,6 +45,7 @@ def scene(
     from fmu_models.fmu.fmu import Fmu
     from fmu_models.report import scene_summary
     from fmu_models.scene.compute import compare, compute
+    from fmu_models.scene.left_out import explained
     from fmu_models.scene.read import read_scene
     from fmu_models.scene.reduce import built_scene
 
@@ -54,12 +55,7 @@ def scene(
         fmu = Fmu.open(built_scene(read))
         rows = compute(read, fmu, advance)
     comparisons = compare(read, rows)
-    savings = None
-    if explain:
-        from fmu_models.validation.scene_savings import measured
-
-        with console.progress("measuring") as advance:
-            savings = measured(read, advance)
+    told = explained(read) if explain else None
     if output:
         scene_summary.write_csv(output, read, rows, overwrite)
     if figure:
@@ -71,7 +67,7 @@ def scene(
         "results": [{"panel": row.panel, "at": row.at, "values": record(row.values)} for row in rows],
         "comparisons": [record(comparison) | {"passed": comparison.passed} for comparison in comparisons],
         "passed": all(comparison.passed for comparison in comparisons),
-        "explained": savings,
+        "explained": told,
         "files": [str(file) for file in (output, figure) if file],
     }
 
@@ -79,8 +75,8 @@ def scene(
         scene_summary.print_scene(read, fmu, out)
         scene_summary.print_results(read, rows, out)
         scene_summary.print_comparisons(comparisons, out)
-        if savings:
-            scene_summary.print_explained(savings, out)
+        if told:
+            scene_summary.print_explained(told, out)
         console.print_files(content["files"], out)
 
     console.say(json, content, show)

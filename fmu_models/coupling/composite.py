@@ -47,10 +47,6 @@ def library() -> ctypes.CDLL:
     return dll
 
 
-def types_of(fmu: Fmu) -> Mapping[str, int]:
-    return instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3
-
-
 class Composite:
     """Instances of all units and the structure that joins them; looks to the master's driver like one instance.
 
@@ -78,7 +74,7 @@ class Composite:
         units = list(zip(self.names, self.instances, strict=True))
         self.states = [f"{unit}.{x}" for unit, unit_instance in units for x in unit_instance.states]
         self.derivatives = [f"{unit}.{x}" for unit, unit_instance in units for x in unit_instance.derivatives]
-        self.log = SimpleNamespace(count=0, message=b"")
+        self.log = SimpleNamespace(count=0, warnings=0, message=b"")
         self.calls = instance.FmuInstance()
         self.c = Coupling(failed_unit=-1, failed_stage=-1)
         self.arrays: dict[str, np.ndarray] = {}
@@ -114,6 +110,12 @@ class Composite:
         """Replace units that cannot be reset by fresh ones."""
         for unit_instance in self.instances:
             unit_instance.renew()
+
+    @property
+    def remark(self) -> str:
+        """Those of the units, by their names."""
+        remarks = {name: unit.remark for name, unit in zip(self.names, self.instances, strict=True)}
+        return ", ".join(f"unit '{name}': {remark}" for name, remark in remarks.items() if remark)
 
     def message(self) -> str:
         """What went wrong between the units, or what the unit that failed said last."""
@@ -164,7 +166,7 @@ class Composite:
         self._put("writes", np.array(writes, dtype=GROUP), GROUP)
         for name, ports in (("output", self.ports), ("input", targets)):
             variables = [(fmus[unit], fmus[unit].variables[variable]) for unit, variable in ports]
-            self._put(f"{name}_types", [types_of(fmu)[str(v.type)] for fmu, v in variables], np.int32)
+            self._put(f"{name}_types", [instance.types_of(fmu)[str(v.type)] for fmu, v in variables], np.int32)
             self._put(f"{name}_references", [v.valueReference for _, v in variables], np.uint32)
         index = {port: i for i, port in enumerate(self.ports)}
         self._put("source", [index[wire.source] for wire in self.wires], np.int64)
@@ -209,7 +211,7 @@ class Composite:
                     **{"description": v.description, "derivative": None, "clocks": None},
                 )
                 units.append(i)
-                types.append(types_of(fmu)[str(v.type)])
+                types.append(instance.types_of(fmu)[str(v.type)])
                 references.append(v.valueReference)
         self._put("variable_unit", units, np.int64)
         self._put("variable_types", types, np.int32)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from fmu_models.base.child_process import IsolatedFailure, Limits
 from fmu_models.base.errors import StickslipError
@@ -139,17 +139,14 @@ def _here(
 
 def with_connectors(system: CoupledSystem, trajectory: Trajectory) -> Trajectory:
     """The trajectory with the connectors of the system that have a number, or a source that was recorded."""
-    values, units = dict[str, NDArray[np.float64]](), dict[str, str]()
-    for name, connector in system.connectors.items():
-        if connector.source in trajectory.values:
-            values[name] = connector.factor * trajectory.values[str(connector.source)] + connector.offset
-        elif isinstance(connector.value, float):
-            values[name] = np.full(trajectory.time.size, connector.value)
-        if name in values:
-            units[name] = connector.unit or "1"
-    if not values:
-        return trajectory
-    return replace(trajectory, values={**trajectory.values, **values}, units={**trajectory.units, **units})
+    values = {
+        name: c.factor * trajectory.values[c.source] + c.offset if c.source else np.full(trajectory.time.size, c.value)
+        for name, c in system.connectors.items()
+        if c.source in trajectory.values or isinstance(c.value, float)
+    }
+    units = {name: system.connectors[name].unit or "1" for name in values}
+    replaced = {"values": {**trajectory.values, **values}, "units": {**trajectory.units, **units}}
+    return replace(trajectory, **replaced) if values else trajectory
 
 
 def _as_one(

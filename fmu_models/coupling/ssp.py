@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element
 from fmu_models.base.errors import StickslipError, StickslipWarning, nearest
 from fmu_models.base.temporary import claim_folder, release_folder
 from fmu_models.coupling import ssp_documents as documents
-from fmu_models.coupling.ssp_documents import Transformation, Value
+from fmu_models.coupling.ssp_documents import Step, Value
 from fmu_models.coupling.system import Connector, CoupledSystem, Origin, Unit
 from fmu_models.coupling.wiring import Connection, unit_of
 from fmu_models.fmu import archive
@@ -24,6 +24,7 @@ from fmu_models.fmu.fmu import Fmu
 
 DESCRIPTION = "SystemStructure.ssd"
 FMU = ("", "application/x-fmu-sharedlibrary")
+DEEPEST = 64  # systems in one another
 GIVES = {"output": True, "calculatedParameter": True, "input": False, "parameter": False}
 
 Node = tuple[str, str]  # dotted path of an element, "" for the system itself, and a connector of it
@@ -65,7 +66,7 @@ class _Reader:
         self.fmus: dict[str, Fmu] = {}
         self.paths: dict[str, str] = {}
         self.connectors: dict[Node, Connector] = {}
-        self.feeds: dict[Node, tuple[Node, Transformation]] = {}
+        self.feeds: dict[Node, tuple[Node, Step]] = {}
         self.values: dict[Node, Value] = {}
         self.root = documents.parsed(file, f"'{path}'", "SystemStructureDescription")
         top = self.root.find("System")
@@ -78,6 +79,8 @@ class _Reader:
     def element(self, element: Element, at: str, dictionaries: Mapping[str, str]) -> None:
         """Note what is in an element, its values last. dictionaries: those around it, name to path."""
         where = f"'{self.path}': {element.tag.lower()} '{at or self.name}'"
+        if at.count(".") > DEEPEST:
+            raise StickslipError(f"{where}: more than {DEEPEST} systems in one another are not read.")
         for connector in element.iterfind("Connectors/Connector"):
             self.connectors[at, connector.get("name", "")] = _connector(connector)
         if element.tag == "Component" and (source := element.get("source")) is not None:
@@ -131,22 +134,22 @@ class _Reader:
             if child and path not in self.paths:
                 known = [p.removeprefix(f"{at}.") for p in self.paths if p.startswith(at)]
                 raise StickslipError(f"{where}: a connection names no element '{child}' there.{nearest(child, known)}")
+            variable = self.fmus[path].variables.get(name) if path in self.fmus else None
             if not child:
                 self.connectors.setdefault((at, name), Connector("input" if side == "start" else "output"))
-            variable = self.fmus[path].variables.get(name) if path in self.fmus else None
             declared = self.connectors.get((path, name))
-            kind = GIVES.get(declared.kind if declared else str(variable.causality) if variable else "")
+            kind = GIVES.get(declared.kind if declared else str(getattr(variable, "causality", "")))
             # seen from within, an input of the system gives
             gives.append(kind if child or kind is None else not kind)
             ends.append((self.paths.get(path, path), name))
         start, end = ends[::-1] if gives in ([False, True], [False, None], [None, True]) else ends
-        if end in self.feeds:
+        if end in self.feeds and self.feeds[end][0] != start:
             raise StickslipError(
                 f"{where}: '{_name(end)}' is fed by '{_name(self.feeds[end][0])}' already, and again by "
                 f"'{_name(start)}'. An input has one source; leave one of the two out."
             )
         about = f"{where}: the transformation of {_name(start)} -> {_name(end)}"
-        self.feeds[end] = start, documents.transformation(element, about)
+        self.feeds[end] = start, documents.step(element, about)
 
     def bind(self, binding: Element, at: str, where: str) -> None:
         """Note the values of a set of parameters, which go before those noted until now."""
@@ -161,8 +164,9 @@ class _Reader:
         mapping = documents.document(holder, "ParameterMapping", base2, where)
         self.units |= documents.units(parameters, where)
         unknown: list[str] = []
-        for value in documents.values(parameters, where, binding.get("prefix", ""), self.root):
-            for target in documents.mapped(value, mapping, where):
+        prefix = binding.get("prefix", "")
+        for value in documents.values(parameters, where, prefix, self.root):
+            for target in documents.mapped(value, mapping, where, prefix):
                 node = self.target(at, target.name)
                 if node is not None:
                     self.values[node] = target
@@ -184,12 +188,11 @@ class _Reader:
     def way(self, node: Node) -> list[Node]:
         """From what feeds a connector in the end, a variable or a value, to the connector; empty: nothing does."""
         nodes = [node]
-        while nodes[0] in self.feeds and (len(nodes) == 1 or nodes[0][0] not in self.fmus):
+        while nodes[0] in self.feeds and not self.begins_with_variable(nodes):
             start = self.feeds[nodes[0]][0]
             if start in nodes:
-                raise StickslipError(
-                    f"'{self.path}': connections go round from '{_name(start)}' to itself. Break them."
-                )
+                name = _name(start)
+                raise StickslipError(f"'{self.path}': connections go round from '{name}' to itself. Break them.")
             nodes.insert(0, start)
         while nodes and nodes[0] not in self.values and not self.begins_with_variable(nodes):
             nodes.pop(0)
@@ -212,17 +215,17 @@ class _Reader:
         own = self.own_unit(nodes[0])
         if self.begins_with_variable(nodes):
             value, unit, what = None, own, f"'{self.path}': {_name(nodes[0])} -> {_name(nodes[-1])}"
-            hops = [(Transformation(what), stated[0])]
+            hops = [(Step(what), stated[0])]
         else:
             value = self.values[nodes[0]]
             unit, what = value.unit, f"{value.where}: '{value.name}'"
-            hops = [(step, stated[0] or own) for step in value.steps or (Transformation(what),)]
+            hops = [(step, stated[0] or own) for step in value.steps or (Step(what),)]
         hops += [(self.feeds[n][1], unit or self.own_unit(n)) for n, unit in zip(nodes[1:], stated[1:], strict=True)]
-        hops.append((Transformation(what), self.own_unit(nodes[-1])))
-        steps: list[Transformation] = []
+        hops.append((Step(what), self.own_unit(nodes[-1])))
+        steps: list[Step] = []
         for step, own in hops:
             if not step.suppress and own:
-                steps.append(Transformation(what, linear=documents.unit_line(unit, own, what, self.units)))
+                steps.append(Step(what, line=documents.unit_line(unit, own, what, self.units)))
             steps += [step] if step.changes else []
             unit = own or (None if step.changes or step.suppress else unit)
         if value is not None:

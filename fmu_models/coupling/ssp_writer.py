@@ -44,12 +44,13 @@ class ParameterEntry:
 
 def defaults(unit: Unit, without: Iterable[str] = ()) -> list[ParameterEntry]:
     """The parameters of a unit with the values it runs with, and the start values and inputs that it is given."""
-    values: dict[str, float | str] = {}
-    for name in unit.fmu.parameters:
-        start = unit.fmu.variables[name].start
-        # a number of an array, text and what the FMU computes have none
-        if start is not None and unit.fmu.variables[name].type != "String" and len(str(start).split()) == 1:
-            values[name] = documents.number(str(start), f"the start value of '{name}'")
+    starts = {name: str(unit.fmu.variables[name].start or "") for name in unit.fmu.parameters}
+    # arrays, texts and what the FMU computes have no number
+    values: dict[str, float | str] = {
+        name: documents.number(start, f"the start value of '{name}'")
+        for name, start in starts.items()
+        if len(start.split()) == 1 and unit.fmu.variables[name].type not in documents.TEXTS[1:]
+    }
     values |= {**unit.parameters, **unit.start, **unit.inputs, **unit.texts}
     for name, value in unit.inputs.items():
         if not isinstance(value, (float, int)):
@@ -86,17 +87,16 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
 
 
 def _owner(system: CoupledSystem, name: str, where: str) -> tuple[str, str]:
-    owners = [(u, name) for u, unit in system.units.items() if name in unit.fmu.parameters]
+    units = system.units.items()
     whole = [(u, name[len(u) + 1 :]) for u in system.units if name.startswith(f"{u}.")]
-    owners = [(u, rest) for u, rest in whole if rest in system.units[u].fmu.parameters] or owners
-    if len(owners) != 1:
-        parameters = [p for it in system.units.values() for p in it.fmu.parameters]
-        having = ", ".join(unit for unit, _ in owners)
-        reason = f"several units have one: {having}. Name it UNIT.{name}" if owners else "no unit has one"
-        raise StickslipError(
-            f"'{where}' has a value for '{name}': {reason}.{'' if owners else nearest(name, parameters)}"
-        )
-    return owners[0]
+    owners = [(u, n) for u, n in whole if n in system.units[u].fmu.parameters]
+    owners = owners or [(u, name) for u, unit in units if name in unit.fmu.parameters]
+    if len(owners) == 1:
+        return owners[0]
+    reason = "no unit has one." + nearest(name, [p for _, unit in units for p in unit.fmu.parameters])
+    if owners:
+        reason = f"several units have one: {', '.join(unit for unit, _ in owners)}. Name it UNIT.{name}."
+    raise StickslipError(f"'{where}' has a value for '{name}': {reason}")
 
 
 def parameter_set(name: str, entries: Sequence[ParameterEntry], *fmus: Fmu) -> bytes:
@@ -105,12 +105,10 @@ def parameter_set(name: str, entries: Sequence[ParameterEntry], *fmus: Fmu) -> b
     parameters = SubElement(root, _tag("ssv:Parameters"))
     for entry in entries:
         parameter = SubElement(parameters, _tag("ssv:Parameter"), name=entry.name, description=entry.description)
-        text = entry.value if isinstance(entry.value, str) else repr(float(entry.value))
-        if entry.type != "Real":
-            number = text if isinstance(entry.value, str) else str(int(entry.value))
-            text = {"0": "false", "1": "true"}.get(number, number) if entry.type == "Boolean" else number
-        attributes = {"value": text} | ({"unit": entry.unit} if entry.type == "Real" else {})
-        SubElement(parameter, _tag(f"ssv:{entry.type}"), attributes)
+        write = {"Real": lambda v: repr(float(v)), "Boolean": lambda v: str(bool(v)).lower()}
+        text = write.get(entry.type, lambda v: v if isinstance(v, str) else str(int(v)))(entry.value)
+        unit = {"unit": entry.unit} if entry.type == "Real" else {}
+        SubElement(parameter, _tag(f"ssv:{entry.type}"), {"value": text, **unit})
     _add_units(root, "ssv:Units", fmus, dict.fromkeys(entry.unit for entry in entries if entry.type == "Real"))
     return _bytes(root)
 
@@ -160,35 +158,31 @@ def _kept(system: CoupledSystem, sets: Mapping[str, Mapping[str, Sequence[Parame
     if entries:
         file = next(name for i in range(len(contents) + 1) if (name := f"{FITTED}{i or ''}.ssv") not in contents)
         contents[file] = parameter_set(FITTED, entries, *system.fmus.values())
-        top = root.find("ssd:System", NAMESPACES)
-        assert top is not None  # it has been read
-        bindings = top.find("ssd:ParameterBindings", NAMESPACES)
-        if bindings is None:
-            bindings = Element(_tag("ssd:ParameterBindings"))
-            before = {_tag("ssd:Connectors"), _tag("ssd:ElementGeometry")}
-            top.insert(sum(child.tag in before for child in top), bindings)
-        SubElement(bindings, _tag("ssd:ParameterBinding"), source=file)
-    experiment = root.find("ssd:DefaultExperiment", NAMESPACES)
-    if experiment is None:
-        experiment = Element(_tag("ssd:DefaultExperiment"))
-        before = {_tag(f"ssd:{name}") for name in ("System", "Enumerations", "Units")}
-        root.insert(sum(child.tag in before for child in root), experiment)
-    experiment.attrib.update(_times(system))
+        top = _child(root, "System")
+        SubElement(
+            _child(top, "ParameterBindings", "Connectors", "ElementGeometry"), _tag("ssd:ParameterBinding"), source=file
+        )
+    _child(root, "DefaultExperiment", "System", "Enumerations", "Units").attrib.update(_times(system))
     return {DESCRIPTION: ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True), **contents}
+
+
+def _child(parent: Element, name: str, *before: str) -> Element:
+    """The child of this name, or a new one behind those that go before it."""
+    child = parent.find(f"ssd:{name}", NAMESPACES)
+    if child is None:
+        child = Element(_tag(f"ssd:{name}"))
+        parent.insert(sum(c.tag in [_tag(f"ssd:{one}") for one in before] for c in parent), child)
+    return child
 
 
 def _flat(system: CoupledSystem, sets: Mapping[str, Mapping[str, Sequence[ParameterEntry]]]) -> dict[str, bytes]:
     """A new description, its parameter sets and FMUs by name."""
-    sources = _sources(system)
-    files = {
-        (unit, name): f"{name}.ssv" if len(system.units) == 1 else f"{unit}_{name}.ssv"
-        for unit, named in sets.items()
-        for name in named
-    }
-    contents: dict[str, bytes] = {DESCRIPTION: _structure(system, sources, files)}
-    for (unit, name), file in files.items():
-        contents[file] = parameter_set(name, sets[unit][name], system.units[unit].fmu)
-    return contents | {source: system.units[unit].fmu.path.read_bytes() for unit, source in sources.items()}
+    sources, fmus = _sources(system), system.fmus
+    whole = len(fmus) == 1
+    files = {(u, name): f"{name}.ssv" if whole else f"{u}_{name}.ssv" for u, named in sets.items() for name in named}
+    contents = {DESCRIPTION: _structure(system, sources, files)}
+    contents |= {file: parameter_set(name, sets[unit][name], fmus[unit]) for (unit, name), file in files.items()}
+    return contents | {source: fmus[unit].path.read_bytes() for unit, source in sources.items()}
 
 
 def _sources(system: CoupledSystem) -> dict[str, str]:
@@ -213,6 +207,7 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
     about = {"version": "1.0", "name": system.name, "generationTool": f"stickslip {version()}"}
     root = _root("ssd:SystemStructureDescription", **about)
     top = SubElement(root, _tag("ssd:System"), name=system.name)
+    _child(top, "Elements")
     fed = {wire.target: wire.source for wire in system.wires}
     used = {*fed, *fed.values()}
     free = [(unit, name) for unit, fmu in fmus.items() for name in fmu.inputs if (unit, name) not in fed]
@@ -220,39 +215,31 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
     shown = [end for end in shown if fmus[end[0]].variables[end[1]].causality == "output"]
     outer: dict[tuple[str, str], str] = {}
     for end in (*free, *shown):
-        base = "_".join(end)
-        taken = outer.values()
-        outer[end] = next(n for i in range(len(outer) + 1) if (n := f"{base}_{i}" if i else base) not in taken)
-    if outer:
-        connectors = SubElement(top, _tag("ssd:Connectors"))
-        for (unit, name), text in outer.items():
-            _add_connector(connectors, text, "input" if (unit, name) in free else "output", fmus[unit], name)
-    elements = SubElement(top, _tag("ssd:Elements"))
+        names = ("_".join((*end, *number)) for number in ((), *((str(i),) for i in range(1, len(outer) + 1))))
+        outer[end] = next(name for name in names if name not in outer.values())
+    for (unit, name), text in outer.items():
+        _add_connector(_child(top, "Connectors"), text, "input" if (unit, name) in free else "output", fmus[unit], name)
     for name, unit in system.units.items():
-        component = SubElement(elements, _tag("ssd:Component"), name=name, source=sources[name], type=FMU[1])
-        connectors = SubElement(component, _tag("ssd:Connectors"))
+        component = SubElement(
+            _child(top, "Elements"), _tag("ssd:Component"), name=name, source=sources[name], type=FMU[1]
+        )  # fmt: skip
         kinds = {"input": unit.fmu.inputs, "output": unit.fmu.ports, "parameter": unit.fmu.parameters}
         ends = [n for u, n in (*used, *shown) if u == name]
         for kind, names in kinds.items():
             also = sorted(n for n in ends if unit.fmu.variables[n].causality == kind)
             for variable in dict.fromkeys((*names, *also)):
-                _add_connector(connectors, variable, kind, unit.fmu, variable)
-        bound = [file for (of, _), file in files.items() if of == name]
-        if bound:
-            bindings = SubElement(component, _tag("ssd:ParameterBindings"))
-            for file in bound:
-                SubElement(bindings, _tag("ssd:ParameterBinding"), source=file)
-    if fed or outer:
-        connections = SubElement(top, _tag("ssd:Connections"))
-        for wire, connection in zip(system.wires, system.connections, strict=True):
-            element = _add_connection(connections, wire.source, wire.target)
-            if connection.factor is not None:
-                # it stands for what units would do
-                element.set("suppressUnitConversion", "true")
-                numbers = {"factor": repr(float(connection.factor)), "offset": repr(float(connection.offset))}
-                SubElement(element, _tag("ssc:LinearTransformation"), numbers)
-        for end, text in outer.items():
-            _add_connection(connections, *((("", text), end) if end in free else (end, ("", text))))
+                _add_connector(_child(component, "Connectors"), variable, kind, unit.fmu, variable)
+        for file in (file for (of, _), file in files.items() if of == name):
+            SubElement(_child(component, "ParameterBindings", "Connectors"), _tag("ssd:ParameterBinding"), source=file)
+    for wire, connection in zip(system.wires, system.connections, strict=True):
+        element = _add_connection(top, wire.source, wire.target)
+        if connection.factor is not None:
+            # it stands for what units would do
+            element.set("suppressUnitConversion", "true")
+            numbers = {"factor": repr(float(connection.factor)), "offset": repr(float(connection.offset))}
+            SubElement(element, _tag("ssc:LinearTransformation"), numbers)
+    for end, text in outer.items():
+        _add_connection(top, *((("", text), end) if end in free else (end, ("", text))))
     units = (_unit(fmu, name) for fmu in fmus.values() for name in (*fmu.inputs, *fmu.ports, *fmu.parameters))
     _add_units(root, "ssd:Units", [*fmus.values()], dict.fromkeys(units))
     SubElement(root, _tag("ssd:DefaultExperiment"), _times(system))
@@ -263,18 +250,17 @@ def _times(system: CoupledSystem) -> dict[str, str]:
     return {"startTime": repr(float(system.start_time)), "stopTime": repr(float(system.stop_time))}
 
 
-def _add_connection(parent: Element, start: tuple[str, str], end: tuple[str, str]) -> Element:
+def _add_connection(top: Element, start: tuple[str, str], end: tuple[str, str]) -> Element:
     attributes = {"startElement": start[0], "startConnector": start[1], "endElement": end[0], "endConnector": end[1]}
-    return SubElement(parent, _tag("ssd:Connection"), {name: text for name, text in attributes.items() if text})
+    connections = _child(top, "Connections", "Connectors", "Elements")
+    return SubElement(connections, _tag("ssd:Connection"), {name: text for name, text in attributes.items() if text})
 
 
 def _add_connector(parent: Element, name: str, kind: str, fmu: Fmu, variable: str) -> None:
-    connector = SubElement(parent, _tag("ssd:Connector"), name=name, kind=kind)
-    declared = str(fmu.variables[variable].type)
+    connector, type_name = SubElement(parent, _tag("ssd:Connector"), name=name, kind=kind), _type(fmu, variable)
     # an enumeration's items are said by its FMU
-    if declared != "Enumeration":
-        attributes = {"unit": _unit(fmu, variable)} if _type(fmu, variable) == "Real" else {}
-        SubElement(connector, _tag(f"ssc:{_type(fmu, variable)}"), attributes)
+    if fmu.variables[variable].type != "Enumeration":
+        SubElement(connector, _tag(f"ssc:{type_name}"), {"unit": _unit(fmu, variable)} if type_name == "Real" else {})
 
 
 def _type(fmu: Fmu, name: str) -> str:
@@ -287,18 +273,16 @@ def _unit(fmu: Fmu, name: str) -> str:
     return fmu.variables[name].unit or "1"
 
 
-def _add_units(parent: Element, tag: str, fmus: Sequence[Fmu], names: Iterable[str]) -> None:
+def _add_units(parent: Element, tag: str, fmus: Sequence[Fmu], names: Mapping[str, None]) -> None:
     """Definitions of units by the base units, as the FMUs state them."""
     stated = {unit.name: unit.baseUnit for fmu in fmus for unit in fmu.description.unitDefinitions}
-    units = [(name, stated.get(name)) for name in names]
-    parent = SubElement(parent, _tag(tag)) if units else parent
-    for name, base in units:
-        unit = SubElement(parent, _tag("ssc:Unit"), name=name)
-        powers = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-        attributes = {key: str(int(power)) for key in powers if base is not None and (power := getattr(base, key, 0))}
-        for key, neutral in {"factor": 1.0, "offset": 0.0}.items():
-            if base is not None and (number := float(getattr(base, key, None) or neutral)) != neutral:
-                attributes[key] = repr(number)
+    units = SubElement(parent, _tag(tag)) if names else parent
+    for name in names:
+        unit, base = SubElement(units, _tag("ssc:Unit"), name=name), stated.get(name)
+        numbers = {
+            key: float(getattr(base, key, None) or 0.0) for key in (*documents.POWERS, "rad", "offset", "factor")
+        }
+        attributes = {key: repr(n) if key in ("offset", "factor") else str(int(n)) for key, n in numbers.items() if n}
         SubElement(unit, _tag("ssc:BaseUnit"), attributes)
 
 

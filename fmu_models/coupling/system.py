@@ -34,13 +34,8 @@ class Unit(Shown):
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector that a system has itself: factor source + offset, where ``source`` ("unit.variable") feeds it, or a
-    value; neither where nothing feeds it.
-
-    Attributes:
-        kind: "input", "output", "parameter", "calculatedParameter", "inout" or "local".
-        type, unit: None where they are not known.
-    """
+    """A connector that a system has itself, of a kind and type of SSP: factor source + offset, where ``source``
+    ("unit.variable") feeds it, or a value; neither where nothing feeds it."""
 
     kind: str
     type: str | None = None
@@ -53,8 +48,7 @@ class Connector:
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """The description (.ssd) that a system was read from, in a folder of its own if it was ``packed``, and what it
-    said."""
+    """The description (.ssd) that a system was read from, in a folder of its own if ``packed``, and what it said."""
 
     description: Path
     packed: bool
@@ -73,6 +67,8 @@ class CoupledSystem(Shown):
         step: communication step of a co-simulation, s; None: of controlled length.
         rollback: steps of a co-simulation that miss the tolerance are repeated; None: where every unit can be put back,
             and no step is given. With True and a step, shorter ones lie between its points.
+        parallel: units that can be put back step at the same time, in threads, with the same result: where a step takes
+            long.
         tolerance: relative error; None: 1e-8, of a co-simulation 1e-6.
         outputs: variables to record, "unit.variable"; none: states, inputs and outputs of all units.
         connectors: of the system itself and of systems in it, by dotted name; a trajectory has those with a value or a
@@ -89,6 +85,7 @@ class CoupledSystem(Shown):
     solver: str = "auto"
     step: float | None = None
     rollback: bool | None = None
+    parallel: bool = False
     tolerance: float | None = None
     start_time: float = 0.0
     stop_time: float = 20.0

@@ -48,12 +48,10 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust
     if path.suffix.lower() in (".ssp", ".ssd"):
         return ssp.read(path)
     document = read_document(path, trust=trust)
-    document.check_keys(("units", "connections", "solver", "rollback", "outputs", *NUMBERS))
+    document.check_keys(("units", "connections", "solver", "rollback", "parallel", "outputs", *NUMBERS))
     data = document.data
     units = {name: _unit(document, name, fmi_version) for name in document.table("units")}
-    numbers: dict[str, Any] = {
-        key: document.value(data[key], unit, key) for key, unit in NUMBERS.items() if key in data
-    }
+    numbers: dict[str, Any] = {k: document.value(data[k], unit, k) for k, unit in NUMBERS.items() if k in data}
     try:
         return CoupledSystem(
             path.stem,
@@ -61,6 +59,7 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust
             _connections(document),
             solver=document.text("solver", default="auto"),
             rollback=document.flag("rollback") if "rollback" in data else None,
+            parallel=document.flag("parallel"),
             outputs=document.names("outputs") or (),
             **numbers,
         )
@@ -99,9 +98,7 @@ def _connections(document: Document) -> list[Connection]:
     for i, entry in enumerate(document.entries("connections")):
         keys = ("connections", i)
         document.check_keys(("from", "to", "factor", "offset"), *keys)
-        numbers: dict[str, Any] = {
-            key: document.value(entry[key], "1", *keys, key) for key in ("factor", "offset") if key in entry
-        }
+        numbers = {key: document.value(entry[key], "1", *keys, key) for key in ("factor", "offset") if key in entry}
         factor = numbers.get("factor", 1.0 if "offset" in numbers else None)
         connections.append(
             Connection(document.text("from", *keys), document.text("to", *keys), factor, numbers.get("offset", 0.0))

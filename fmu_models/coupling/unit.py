@@ -366,7 +366,9 @@ class SteppedUnit:
                 self.ended = True
                 return
             if status == STATUS.DISCARD:
-                raise self.fail(f"discards the communication step of {end - time:.9g} s", "discard")
+                made = stepped.reached - time
+                far = f", of which it made {made:.9g} s," if 0 < made < end - time else ""
+                raise self.fail(f"discards the communication step of {end - time:.9g} s{far}", "discard")
             self._check(status, "doStep")
             self.ended |= bool(stepped.terminate)
             # adding up its own steps it may miss the end by rounding

@@ -327,6 +327,7 @@ class Driver(Shown):
             self._instance.log.count = 0
             self._instance.log.message = b""
             if self._instance.calls.resets:
+                self._instance.log.warnings = 0
                 self._instance.renew()
         status = self._library.master_run(self._master, ctypes.byref(prepared.c))
         # from now on there is a run behind the instance
@@ -379,8 +380,8 @@ class Driver(Shown):
             method += request.StepBound.of(self.fmu, self._max_step, prepared.c.start, prepared.c.stop).words
         if prepared.c.jacobians and self._instance.calls.directional:
             method += ", Jacobians by the FMU's directional derivatives"
-        if self.method == CO_SIMULATION and self._instance.remark:
-            method += f", {self._instance.remark}"
+        if remark := self._instance.remark:
+            method += f", {remark}"
         if silent := self.clocks.silent(prepared.clocks):
             method += f"; {silent}"
         if status == RUN.TERMINATED:

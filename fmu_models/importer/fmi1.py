@@ -52,7 +52,12 @@ class Library1(ctypes.CDLL):
         self._arrays = {
             "states": np.array([v.valueReference for v in states if v], dtype=np.uint32),
             "made": np.array(rows, dtype=MADE),
-            **{"told_states": np.zeros(n, np.uint32), "order": np.zeros(n, np.int64), "vector": np.zeros(n)},
+            **{
+                "told_states": np.zeros(n, np.uint32),
+                "order": np.zeros(n, np.int64),
+                "vector": np.zeros(n),
+                "room": np.zeros(n),
+            },
         }
         self.adapter = Adapter(n, made[0].valueReference if made else 1 << 32, len(made))
         for name, array in self._arrays.items():

@@ -49,6 +49,12 @@ TYPES3 = {
     **{f"{sign}Int{bits}": getattr(T, f"{sign}INT{bits}".upper()) for sign in ("", "U") for bits in (8, 16, 32, 64)},
 }
 FLOATS = (T.FLOAT64, T.FLOAT32)
+
+
+def types_of(fmu: Fmu) -> dict[str, int]:
+    return TYPES2 if fmu.fmi == 2 else TYPES3
+
+
 # where several share a getter, the one it is named after
 _GETTERS2, _GETTERS3 = (
     {number: name for name, number in types.items() if name != "Enumeration"} for types in (TYPES2, TYPES3)
@@ -113,7 +119,6 @@ class Instance:
     Attributes:
         states: names of the continuous states, in their order; ``x[2]`` for an element of an array.
         derivatives: names of their derivatives, in the same order.
-        remark: what the FMU declares but does not do, in words to be added to the method of a run; mostly empty.
 
     Raises:
         StickslipError: the FMU has no such interface or library, lacks a function, or refuses to be instantiated.
@@ -125,7 +130,7 @@ class Instance:
         self.fmu = fmu
         self.co_simulation, self.scheduled = co_simulation, scheduled
         self.log = Log()
-        self.remark = ""
+        self._remarks: tuple[str, ...] = ()
         self._callbacks = _Callbacks()
         self.calls = FmuInstance(log=ctypes.addressof(self.log))
         kind = "scheduledExecution" if scheduled else "coSimulation" if co_simulation else "modelExchange"
@@ -156,7 +161,7 @@ class Instance:
         if not pointer and self.calls.event_mode:
             self.calls.event_mode = 0
             pointer = self._instantiate()
-            self.remark = "without the event mode that the FMU declares and refuses"
+            self._remarks = ("without the event mode that the FMU declares and refuses",)
         if not pointer:
             raise StickslipError(f"'{self.fmu.path}' cannot be instantiated: {self.message() or 'it says nothing'}")
         self.calls.instance = pointer
@@ -177,6 +182,14 @@ class Instance:
     def message(self) -> str:
         """The last message of the FMU; empty if there was none."""
         return self.log.message.decode("utf-8", "replace").strip()
+
+    @property
+    def remark(self) -> str:
+        """What the FMU declares but does not do, and its first warning, in words to be added to the method of a run."""
+        warning = " ".join(self.log.warning.decode("utf-8", "replace").split())[:300]
+        number = self.log.warnings
+        warned = [f"the FMU warns{f' {number} times, first' * (number > 1)}: {warning}"] if number else []
+        return ", ".join([*self._remarks, *warned])
 
     def function(self, name: str) -> Any:
         """One of the library by its name without ``fmi2``. StickslipError: the library has none."""
@@ -210,7 +223,7 @@ class Instance:
             return
         exchange, stepping = self.fmu.description.modelExchange, self.fmu.description.coSimulation
         if exchange is not None and not self.co_simulation:
-            calls.completes = bool(exchange.needsCompletedIntegratorStep)
+            calls.completes = bool(exchange.needsCompletedIntegratorStep and calls.function[F.COMPLETED])
             offered = bool(exchange.providesDirectionalDerivative)
             calls.directional = offered and calls.function[F.DIRECTIONAL] is not None
         elif stepping is not None and self.fmu.fmi == 3:

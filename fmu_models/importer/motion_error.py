@@ -120,7 +120,7 @@ _TEXTS = {
     RUN.BAD_EVENT_TIME: "the FMU gives nextEventTime, the time of its next event, the value {value:g} at {at}; "
     "expected a time. Mend the FMU, or end the run before it.",
     RUN.STALLS: "doStep returns at {at} without progress, {value:.0f} times in a row. Choose another step.",
-    RUN.DISCARD: "doStep discards the communication step of {value:.9g} s at {at}. Choose a shorter one.",
+    RUN.DISCARD: "doStep discards the communication step of {value:.9g} s at {at}{far}. Choose a shorter one.",
     RUN.EVENTS_PILE_UP: "{value:.0f} events follow one another at {at} without progress; the FMU does not go on from "
     "there.",
     RUN.ZENO: "infinitely many events of {indicator} accumulate at {at}; each interval is {value:.4g} of the one "
@@ -147,7 +147,8 @@ def _text(fmu: Fmu, status: int, report: ctypes.Structure, states: Sequence[str]
         return f"the clock '{clock.name}' has the {quantity} {value:g} s; expected {least}, and finite."
     if status == RUN.FMI_ERROR:
         name = instance.FUNCTIONS[index][fmu.fmi - 2] or instance.FUNCTIONS[index][3 - fmu.fmi]
-        failure = "refuses a value" if value == 2 else "fails" if value < 4 else "fails for good"
+        refusal = {"Set": "refuses a value", "Get": "gives no value (discard)"}.get(str(name)[:3], "discards the call")
+        failure = refusal if value == 2 else "fails" if value < 4 else "fails for good"
         return f"{fmi1.called(fmu, str(name))} {failure} at {at}."
     if status == RUN.NOT_FINITE and not math.isfinite(value):
         return f"the FMU gives the state '{states[index]}' the value {value:g} in its event at {at}."
@@ -157,7 +158,9 @@ def _text(fmu: Fmu, status: int, report: ctypes.Structure, states: Sequence[str]
             f"the steps are {value:.2g} s long at {at}, and the run would not end in hours: its equations jump there "
             f"without an event indicator{stiff}. Loosen the tolerance, or give the model an event there."
         )
-    names = {"state": states[index] if 0 <= index < len(states) else "", "second": ""}
+    names = {"state": states[index] if 0 <= index < len(states) else "", "second": "", "far": ""}
+    if time < report.report_reached < time + value:
+        names["far"] = f", of which it made {report.report_reached - time:.9g} s"
     if status == RUN.CHATTERING_OF_TWO:
         names["second"] = _named(fmu, report.report_other, states, np.zeros(len(states)))
     indicator = _named(fmu, index, states, gradient)

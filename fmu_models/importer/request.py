@@ -45,7 +45,7 @@ class Selection:
     @classmethod
     def of(cls, fmu: Fmu, names: Sequence[str]) -> Selection:
         """The variables ``names``; that of which a name is an element comes whole, once."""
-        codes = instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3
+        codes = instance.types_of(fmu)
         owners = dict.fromkeys(owner(name, fmu.variables) for name in names)
         variables = [fmu.variables[name] for name in owners]
         elements = [element_names(str(v.name), v.shape or ()) for v in variables]
@@ -67,7 +67,7 @@ NOTHING = Selection((), np.zeros(0, np.int32), np.zeros(0, np.uint32), np.zeros(
 
 def is_numeric(fmu: Fmu, name: str) -> bool:
     """Numbers that the master can read and write: no text, no binary, no clock."""
-    return str(fmu.variables[name].type) in (instance.TYPES2 if fmu.fmi == 2 else instance.TYPES3)
+    return str(fmu.variables[name].type) in instance.types_of(fmu)
 
 
 def is_number(fmu: Fmu, name: str) -> bool:

@@ -91,23 +91,7 @@ def print_explained(content: dict[str, Any], out: console.Console) -> None:
         a, b = (a / 1000, b / 1000) if quantity == "bytes" else (a, b)
         label = "FMU file" if quantity == "bytes" else quantity
         rows.append([label, f"{a:.0f}{unit}", f"{b:.0f}{unit}", f"{b - a:.0f}{unit}"])
-    times = {
-        "first result, nothing built": ("build_seconds", 1.0, "s"),
-        "first result, FMU built before": ("start_seconds", 1.0, "s"),
-        "time per run": ("run_seconds", 1e3, "ms"),
-    }
-    for quantity, (key, factor, unit) in times.items():
-        a, b = (content[key][side] * factor for side in ("scene", "model"))
-        rows.append([quantity, f"{a:.3g} {unit}", f"{b:.3g} {unit}", f"{b / a:.2f} times faster"])
-    out.print(table("what that saves", ("measured now", ">scene", ">whole model", ">saved"), rows))
-    if content["difference"] is None:
-        out.print("Contacts that are left out cannot be switched off in the whole model: its runs are another motion.")
-    else:
-        muted = ", ".join(content["muted"])
-        off = f", with {muted} = 0 to switch off what is left out" if muted else ""
-        out.print(
-            f"The whole model makes the same motion{off}: states differ by {content['difference']:.1e} of their size."
-        )
+    out.print(table("what that saves", ("", ">scene", ">whole model", ">saved"), rows))
 
 
 def write_csv(path: Path, scene: Scene, rows: tuple[Row, ...], overwrite: bool) -> None:

@@ -9,14 +9,19 @@ colour (autoregression of an order chosen by AIC). What the rules give stands in
 from __future__ import annotations
 
 import argparse
+import sys
+from pathlib import Path
 
 import numpy as np
-from recipe_fit import inverse_dynamics
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
 from identification.inference.uncertainty import QUANTILE, bartlett, newey_west, plain_covariance
 from identification.measurement.recipe import read_recipe
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+
+from recipe_fit import inverse_dynamics
 
 HIGHEST, SETTLE = 60, 2000  # order; samples
 

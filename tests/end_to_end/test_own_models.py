@@ -98,7 +98,7 @@ def test_a_scene_finds_the_model_beside_it(stickslip, own, tmp_path_factory, mon
     (own / "module.toml").write_text(SCENE.format(model="my_model:MODEL", kind="cycle"))
     (own / "shipped.toml").write_text(SCENE.format(model="block_on_belt", kind="cycle"))
     answer = stickslip("scene", "heavy.toml", "--explain", "--trust", "--json")
-    assert answer.code == 0 and answer.json["explained"]["difference"] == 0.0
+    assert answer.code == 0 and answer.json["explained"]["sizes"]["model"]["contacts"] == 1
     results = stickslip("scene", "shipped.toml", "--json").json["results"]
     assert answer.json["results"] == results
     monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))

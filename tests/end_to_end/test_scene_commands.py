@@ -84,7 +84,6 @@ def test_another_constant_is_a_departure_and_nothing_is_compared(stickslip, tmp_
     assert code == 2 and "cannot be converted to N" in said
 
 
-@pytest.mark.nightly
 def test_explain_says_what_is_left_out_and_what_that_saves(stickslip):
     code, out, _ = stickslip("scene", CLASS_A, "--explain", "--json")
     assert code == 0
@@ -92,8 +91,6 @@ def test_explain_says_what_is_left_out_and_what_that_saves(stickslip):
     assert {"kind": "contact", "name": "disc1", "why": "not among the contacts in use"} in content["left_out"]
     small, large = content["sizes"]["scene"], content["sizes"]["model"]
     assert all(small[what] < large[what] for what in ("contacts", "indicators", "parameters", "outputs", "bytes"))
-    assert content["difference"] < 1e-12
-    assert all(content[key][which] > 0 for key in ("build_seconds", "start_seconds") for which in ("scene", "model"))
 
 
 def test_simulate_and_export_take_a_scene(stickslip, tmp_path):

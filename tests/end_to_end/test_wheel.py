@@ -31,7 +31,7 @@ ABSENT = {
 # minutes of work in parts that other commands here have shown to be in the wheel
 LONG = (
     *("demo", "laws", "stress", "bench", "fit two", "emulate two", "export disc_rig --platform", "fit worn"),
-    *("scene disc_rig_class_a --explain", "fit data/rigs/paper_rubber --covariance", "compare", "emulate worn"),
+    *("fit data/rigs/paper_rubber --covariance", "compare", "emulate worn"),
 )
 
 

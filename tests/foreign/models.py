@@ -12,7 +12,8 @@ from fmu_models.fmu.fmu import Fmu
 
 Models = Callable[[str], Fmu]
 FOLDER = Path(__file__).parent / "models"
-ORDERS = {"lazy": ("-DLAZY",), "hasty": ("-DHASTY",)}  # of calls by which an FMU computes, by how its name begins
+# options by how the name of a model begins: the order of calls by which it computes; what it cannot do is a warning
+ORDERS = {"lazy": ("-DLAZY",), "hasty": ("-DHASTY",), "warning": ("-DFAILED_STATUS=1",)}
 
 
 @dataclass(frozen=True)
@@ -94,6 +95,10 @@ MODELS = {
     "pulse_stopped": replace(PULSE, experiment={"startTime": "0", "stopTime": "0.5"}),
     "fickle": Foreign(("x",), (1.0,)),
     "grumble": Foreign(("x",), (1.0,)),
+    "warning_grumble": Foreign(("x",), (1.0,)),
+    "halting": Foreign(("x",), (0.0,), co_simulation=True),
+    "brink": Foreign(("x",), (1.0,), indicators=1, echoes=("rate",)),
+    "creeping_stepped": Foreign(("x",), (0.0,), (("at", 0.5),), ("ticks",), co_simulation=True),
     "integers": INTEGERS,
     "harm": Foreign(("x",), (0.0,), (("u", 0.0), ("harm", 0.0)), inputs=("u",), co_simulation=True, saves=True),
     "integers_fixed": replace(INTEGERS, any_step=False),

@@ -36,10 +36,10 @@ def test_a_system_is_told(tmp_path: Path) -> None:
     path = nested(tmp_path, values("nobody Real 1"))
     content = json.loads(CliRunner().invoke(app, ["inspect", str(path), "--json"]).stdout)
     assert content["units"]["left.a"]["interfaces"] == ["Model Exchange", "Co-Simulation"]
-    by_name = {v["name"]: v for v in content["units"]["left.a"]["variables"]}
-    assert (by_name["k"]["value"], by_name["k"]["unit"]) == (pytest.approx(3.0), "N/m")
-    assert by_name["place"]["to"] == ["right.b.other"]
-    shown = next(c for c in content["connectors"] if c["name"] == "shown")
+    by_name = {c["name"]: c for c in content["connectors"]}
+    assert (by_name["left.a.k"]["value"], by_name["left.a.k"]["unit"]) == (pytest.approx(3.0), "N/m")
+    assert by_name["left.a.place"]["to"] == ["right.b.other"]
+    shown = by_name["shown"]
     assert shown["unit"] == "ell" and shown["from"].endswith(" right.b.place")
     text = said("inspect", path)
     assert "right.b.other" in text and "2 left.a.place + 0.1" in text

@@ -128,8 +128,21 @@ def test_more_derivatives_than_states_name_none(changed: Changed) -> None:
 
 def test_states_of_the_library_that_are_others(changed: Changed) -> None:
     other = ('name="v" valueReference="2"', 'name="v" valueReference="9"')
-    with pytest.raises(MotionError, match=r"fmiInitialize fails.*names states other than those whose der"):
+    with pytest.raises(MotionError, match=r"fmiInitialize fails.*other variables than those whose der"):
         simulate_any(changed("forced", other), 1.0, record=["x"])
+
+
+def test_a_library_that_does_not_tell_its_states(changed: Changed) -> None:
+    """As the FMUs 1.0 of the Reference-FMUs; it says so as an error, which is none of the run's."""
+    silent = changed("forced", options=("-DTELLS_NO_STATES=1",))
+    assert simulate_any(silent, 3.0)["v"].tolist() == simulate_any(changed("forced"), 3.0)["v"].tolist()
+    gone = ("-DGetStateValueReferences=Gone", "-DCompletedIntegratorStep=None", "-DTELLS_NO_STATES=1")
+    assert simulate_any(changed("forced", options=gone), 3.0)["v"].tolist() == simulate_any(silent, 3.0)["v"].tolist()
+    nameless = [('name="der(v)"', 'name="a"'), ('name="der(x)"', 'name="b"')]
+    run = simulate_any(changed("forced", *nameless, options=("-DTELLS_NO_STATES=1",)), 3.0)
+    assert run["state_1"].tolist() == run["x"].tolist() and run["state_2"].tolist() == run["v"].tolist()
+    with pytest.raises(MotionError, match="other variables than those whose der"):
+        simulate_any(changed("forced", options=("-DTELLS_NO_STATES=2",)), 3.0)
 
 
 def test_what_a_library_says_goes_with_its_error(changed: Changed) -> None:

@@ -31,9 +31,9 @@ from fmu_models.importer.driver import Driver
 from fmu_models.importer.experiment import FmuExperiment, perform
 from fmu_models.report.fmu_sheet import print_sheet, sheet
 from fmu_models.scene.check import checked_scene
+from fmu_models.scene.left_out import left_out
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.results import read_trajectory
-from fmu_models.validation.scene_savings import left_out
 from identification.fit.result import read_fit
 from identification.machines.axis import read_model
 from identification.measurement.recipe import read_recipe, recipes

@@ -76,6 +76,7 @@ Outcome begin_run(Master *m)
     m->terminate = m->crossed = 0;
     m->bad_state = -1;
     m->trial_errors = m->trial_status = 0;
+    m->refused = F_GETTERS;
     m->next_event = INFINITY;
     m->stiff = r->method == METHOD_STIFF;
     m->tableau = r->method == METHOD_DOPRI5 ? &tableau_dopri5 : &tableau_dop853;

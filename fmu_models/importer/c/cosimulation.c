@@ -91,14 +91,18 @@ static RunStatus step_towards(Master *m, double point, int *event)
         m->t = told;
         return RUN_DONE;
     }
+    m->run->report_reached = stepped.reached < point ? told : m->t;
     if (status == FMI_DISCARD) return REPORT(RUN_DISCARD, -1, point - m->t);
     if (status > FMI_DISCARD) return REPORT(RUN_FMI_ERROR, F_DO_STEP, status);
     m->terminate |= stepped.terminate;
     const double reached = stepped.early || stepped.terminate ? told : point;
-    m->stalled = reached > m->t ? 0 : m->stalled + 1;
+    /* a rounding of time ahead is no progress either */
+    const double least = 4.0 * DBL_EPSILON * fmax(fabs(m->t), m->run->stop - m->run->start);
+    m->stalled = reached - m->t > least ? 0 : m->stalled + 1;
+    const RunStatus piles = reached > m->t || stepped.event ? RUN_EVENTS_PILE_UP : RUN_STALLS;
     /* the FMU adds up steps of its own: its end and the point differ by rounding */
     m->t = fabs(reached - point) <= 1e-12 * fmax(fabs(point), fabs(point - m->t)) ? point : reached;
-    return m->stalled > master_tolerances.stalled_events ? REPORT(RUN_STALLS, -1, m->stalled) : RUN_DONE;
+    return m->stalled > master_tolerances.stalled_events ? REPORT(piles, -1, m->stalled) : RUN_DONE;
 }
 
 static double next_point(const Master *m)

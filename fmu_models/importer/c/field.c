@@ -25,6 +25,7 @@ Outcome field_report(Master *m, RunStatus status, double t, int64_t index, doubl
 
 Outcome field_fail(Master *m, Function function, int status)
 {
+    if (status == FMI_DISCARD) m->refused = function;
     if (status == FMI_DISCARD) return SHORTER;
     return status > FMI_DISCARD ? field_report(m, RUN_FMI_ERROR, m->asked, function, status) : FINE;
 }

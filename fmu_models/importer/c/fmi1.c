@@ -37,8 +37,9 @@ static void log1(fmi1Component c, fmi1String name, fmi1Status status, fmi1String
     va_list arguments;
     (void)c;
     (void)name;
+    if (!message) return;
     va_start(arguments, message);
-    vsnprintf(text, sizeof text, message ? message : "", arguments);
+    vsnprintf(text, sizeof text, message, arguments);
     va_end(arguments);
     master_log3(speaking, (int)status, category, text);
 }
@@ -70,41 +71,50 @@ FACE(SetupExperiment)(fmi2Component c, fmi2Boolean given, fmi2Real tolerance, fm
     a->tolerance = given ? tolerance : 0.0;
     a->start = start;
     a->stop = ends ? stop : INFINITY;
+    a->initializing = 1;
     return a->slave ? fmi2OK : (fmi2Status)CALL1(a, SetTime)(a->component, start);
 }
 
-/* which state of the description each of the library's is; those that the description does not tell, one by one */
-static fmi2Status set_order(Adapter *a)
+/* the number in the description of a state of the library, or n_states: none. States that it does not tell, one by one */
+static int64_t described(Adapter *a, int64_t i, int tells, int64_t *untold)
 {
     const int64_t n = a->n_states;
-    if (a->slave || n == 0) return fmi2OK;
-    const fmi1Status status = CALL1(a, GetStateValueReferences)(a->component, a->told_states, (size_t)n);
-    a->moved = 0;
-    for (int64_t i = 0, next = 0; i < n && status < fmi1Discard; i++) {
-        int64_t k = i;
-        for (int64_t j = 0; j < n && a->states[k] != a->told_states[i]; j++)
-            k = j;
-        if (a->states[k] != a->told_states[i]) {
-            while (next < n && a->states[next] < a->first_made)
-                next++;
-            k = next++;
-        }
-        if (k >= n) {
-            master_log3(a->log, FMI_ERROR, "",
-                        "fmiGetStateValueReferences names states other than those whose der(...) is described; states "
-                        "that are chosen anew during a run are not followed");
-            return fmi2Error;
-        }
-        a->order[i] = k;
-        a->moved |= k != i;
+    if (!tells) {
+        /* in the same order, where the variables have the values of the states */
+        double value = a->vector[i];
+        const int known = a->GetReal && a->states[i] < a->first_made;
+        const fmi1Status status = known ? CALL1(a, GetReal)(a->component, a->states + i, 1, &value) : fmi1OK;
+        return status < fmi1Discard && value != a->vector[i] ? n : i;
     }
-    return (fmi2Status)status;
+    if (a->states[i] == a->told_states[i]) return i;
+    for (int64_t k = 0; k < n; k++)
+        if (a->states[k] == a->told_states[i]) return k;
+    while (*untold < n && a->states[*untold] < a->first_made)
+        ++*untold;
+    return *untold < n ? (*untold)++ : n;
 }
 
-FACE(EnterInitializationMode)(fmi2Component c)
+static fmi2Status set_order(Adapter *a)
 {
-    ((Adapter *)c)->initializing = 1;
-    return fmi2OK;
+    const size_t n = (size_t)a->n_states;
+    Log *log = a->log;
+    if (a->slave || n == 0) return fmi2OK;
+    a->log = NULL; /* some do not tell, and say that as an error */
+    const int tells = a->GetStateValueReferences
+                      && CALL1(a, GetStateValueReferences)(a->component, a->told_states, n) < fmi1Discard;
+    a->log = log;
+    const fmi1Status status = tells ? fmi1OK : CALL1(a, GetContinuousStates)(a->component, a->vector, n);
+    a->moved = 0;
+    for (int64_t i = 0, untold = 0; i < a->n_states && status < fmi1Discard; i++) {
+        a->order[i] = described(a, i, tells, &untold);
+        a->moved |= a->order[i] != i;
+        if (a->order[i] < a->n_states) continue;
+        master_log3(log, FMI_ERROR, "",
+                    "the states of the library are other variables than those whose der(...) is described; states that "
+                    "are chosen anew during a run are not followed");
+        return fmi2Error;
+    }
+    return (fmi2Status)status;
 }
 
 FACE(ExitInitializationMode)(fmi2Component c)
@@ -120,6 +130,7 @@ FACE(ExitInitializationMode)(fmi2Component c)
     return status < fmi1Discard ? set_order(a) : (fmi2Status)status;
 }
 
+FACE(EnterInitializationMode)(fmi2Component c) { return c ? fmi2OK : fmi2Error; }
 FACE(EnterEventMode)(fmi2Component c) { return c ? fmi2OK : fmi2Error; }
 FACE(EnterContinuousTimeMode)(fmi2Component c) { return c ? fmi2OK : fmi2Error; }
 
@@ -177,12 +188,10 @@ static const Made *made(const Adapter *a, fmi2ValueReference reference)
 
 static fmi1Status get_state(Adapter *a, const Made *m, double *value)
 {
-    const size_t n = (size_t)a->n_states;
-    const fmi1Status status = m->kind == MADE_RATE ? CALL1(a, GetDerivatives)(a->component, a->vector, n)
-                                                   : CALL1(a, GetContinuousStates)(a->component, a->vector, n);
-    for (size_t i = 0; i < n; i++)
-        if (a->order[i] == (int64_t)m->source) *value = a->vector[i];
-    return status;
+    const fmi2Status status =
+        (m->kind == MADE_RATE ? fmi1_GetDerivatives : fmi1_GetContinuousStates)(a, a->room, (size_t)a->n_states);
+    *value = a->room[m->source];
+    return (fmi1Status)status;
 }
 
 /* one after the other: a negated one is that of the library, turned round both ways */

@@ -19,7 +19,7 @@ typedef struct {
     const Made *made;
     uint32_t *told_states; /* (n_states): those that the library says */
     int64_t *order;        /* (n_states): number in the description of each state of the library */
-    double *vector;        /* (n_states) */
+    double *vector, *room; /* (n_states) */
     Log *log;
     void *component;
     int64_t slave, initializing;

@@ -16,15 +16,14 @@
 /* the loggers handed to FMUs; what an FMU says after its first error is about the same error */
 EXPORT void master_log2(void *environment, const char *name, int status, const char *category, const char *message, ...)
 {
-    Log *log = environment;
-    (void)name;
-    (void)category;
-    if (!log || !message || (status < FMI_WARNING && log->count)) return;
+    char text[sizeof((Log *)environment)->message];
     va_list arguments;
+    (void)name;
+    if (!message) return;
     va_start(arguments, message);
-    vsnprintf(log->message, sizeof log->message, message, arguments);
+    vsnprintf(text, sizeof text, message, arguments);
     va_end(arguments);
-    log->count += status >= FMI_WARNING;
+    master_log3(environment, status, category, text);
 }
 
 EXPORT void master_log3(void *environment, int status, const char *category, const char *message)
@@ -33,6 +32,7 @@ EXPORT void master_log3(void *environment, int status, const char *category, con
     (void)category;
     if (!log || !message || (status < FMI_WARNING && log->count)) return;
     snprintf(log->message, sizeof log->message, "%s", message);
+    if (status == FMI_WARNING && log->warnings++ == 0) memcpy(log->warning, log->message, sizeof log->warning);
     log->count += status >= FMI_WARNING;
 }
 
@@ -233,10 +233,10 @@ int fmi_do_step(const FmuInstance *fmu, double t, double length, Stepped *steppe
     *stepped = (Stepped){0, 0, 0, t + length};
     if (fmu->fmi == 2) {
         const int status = (int)CALL2(DoStep, F_DO_STEP)(fmu->instance, t, length, 1);
-        if (status == FMI_DISCARD && fmu->function[F_BOOLEAN_STATUS] && fmu->function[F_REAL_STATUS]) {
+        if (status == FMI_DISCARD && fmu->function[F_BOOLEAN_STATUS])
             CALL2(GetBooleanStatus, F_BOOLEAN_STATUS)(fmu->instance, fmi2Terminated, &stepped->terminate);
+        if (status == FMI_DISCARD && fmu->function[F_REAL_STATUS])
             CALL2(GetRealStatus, F_REAL_STATUS)(fmu->instance, fmi2LastSuccessfulTime, &stepped->reached);
-        }
         return status;
     }
     Flag event = 0, terminate = 0, early = 0;

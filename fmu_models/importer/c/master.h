@@ -59,9 +59,9 @@ typedef enum {
 
 /* what the FMU said last, and who runs it; handed to it as its environment */
 typedef struct {
-    int64_t count;
-    char message[1024];
-    void *master; /* NULL: nobody who looks inside its steps */
+    int64_t count, warnings;
+    char message[1024], warning[1024]; /* the last one of any kind, the first warning */
+    void *master;                      /* NULL: nobody who looks inside its steps */
 } Log;
 
 /* variables to read or write, one entry a value: an array (FMI 3) has as many entries as elements, in its order */
@@ -233,8 +233,8 @@ typedef struct {
     double unresolved_time;               /* of the first one */
     int64_t unresolved_indicator;
     /* report of an early end */
-    double report_time, report_value;
-    int64_t report_index;    /* indicator, state, or Function that returned an error */
-    int64_t report_other;    /* second indicator; the state that does not rest, or -1 */
+    double report_time, report_value, report_reached; /* how far a step came that was discarded */
+    int64_t report_index;                             /* indicator, state, or Function that returned an error */
+    int64_t report_other;                             /* second indicator; the state that does not rest, or -1 */
     double *report_gradient; /* (n_states): how the indicator depends on the states, scaled by their nominals */
 } Run;

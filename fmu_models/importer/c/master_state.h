@@ -60,6 +60,7 @@ typedef struct {
     double *nominal, *before;
     double *u;
     int trial_status, trial_errors; /* the FMU refused trial points */
+    int refused;                    /* Function that discarded last */
     int64_t knot;                   /* the piece of the input table in use */
     int inputs_vary;                /* within it */
     double next_event;              /* time event of the FMU */

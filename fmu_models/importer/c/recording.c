@@ -32,11 +32,8 @@ void recording_at(Master *m, double t, const double *x, Outcome *outcome)
     ticking_record(m);
     r->next_time++;
     if (r->recorded.n == 0) return;
-    if (m->slide.n) {
-        *outcome = slide_values(m, t, x, values);
-        return;
-    }
-    *outcome = field_values(m, t, x, values);
+    *outcome = m->slide.n ? slide_values(m, t, x, values) : field_values(m, t, x, values);
+    if (*outcome == SHORTER) *outcome = field_report(m, RUN_FMI_ERROR, t, m->refused, FMI_DISCARD);
 }
 
 Outcome recording_within(Master *m, double t1)

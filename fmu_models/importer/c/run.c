@@ -106,20 +106,24 @@ static Outcome arrive(Master *m, double t1, double theta)
 static Outcome make_resolved(Master *m, double limit, double *error, double *theta, int *change)
 {
     Outcome outcome;
+    int refused;
     do {
         outcome = step_make(m, limit, error);
         if (outcome != FINE) return outcome;
         m->step_error = *error;
         *change = step_choose(m);
         outcome = events_locate(m, limit, theta);
-        if (outcome == SHORTER) return field_report(m, RUN_FMI_ERROR, m->t, F_GET_INDICATORS, FMI_DISCARD);
-        if (m->unresolved) {
+        /* beyond an event there may be no indicators: nearer to it, down to the rounding of time */
+        refused = outcome == SHORTER;
+        if (refused && !(m->length > 4.0 * DBL_EPSILON * fmax(fabs(m->t), m->run->stop - m->run->start)))
+            return field_report(m, RUN_FMI_ERROR, m->asked, m->refused, FMI_DISCARD);
+        if (m->unresolved || refused) {
             m->h = m->resolved = 0.0625 * m->length;
             m->previous_ready = 0;
             m->run->steps--;
             m->run->rejected++;
         }
-    } while (outcome == FINE && m->unresolved);
+    } while (refused || (outcome == FINE && m->unresolved));
     m->resolved *= 2.0;
     return outcome;
 }
@@ -149,7 +153,6 @@ static Outcome advance(Master *m)
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;
     const double t1 = theta > 0.0 ? fmin(m->t + theta * m->length, end) : length >= limit ? end : m->t + length;
     outcome = recording_within(m, t1);
-    if (outcome == SHORTER) return field_report(m, RUN_FMI_ERROR, m->t, F_GETTERS, FMI_DISCARD);
     if (outcome != FINE) return outcome;
     if (m->stiff && theta < 0.0) {
         outcome = method_dense(m);

@@ -4,6 +4,7 @@
 #define NP 1
 #define PARAMETERS 0.5
 #define STARTS 0.0
+#define CO_SIMULATION
 #include "model.h"
 
 static void derivatives(Model *m, double *dx) { dx[0] = 1.0; }
@@ -15,3 +16,9 @@ static int update(Model *m)
     return 0;
 }
 static void after_step(Model *m) {}
+static int do_step(Model *m, double end)
+{
+    m->x[0] += end - m->t;
+    m->t = end;
+    return 0;
+}

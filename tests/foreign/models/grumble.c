@@ -1,4 +1,4 @@
-/* x' = -x up to t = 1; beyond there are no rates, and it says so */
+/* x' = -x up to t = 1; beyond there are no rates, and it says so; as a warning there are */
 #define NX 1
 #define NZ 0
 #define NP 0

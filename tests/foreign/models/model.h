@@ -11,7 +11,9 @@
  *     SAVES              (if need be, FMI 2) it gives and takes its state
  *     REFUSES(m, end)    (if need be, FMI 2) whether it discards a step to the time end
  *     SIZE(v)            (if need be, FMI 3) elements of the array v, which takes as many value references
- *     READABLE(m, v)     (if need be, FMI 3) whether a value may be asked for now
+ *     READABLE(m, v)     (if need be) whether a value may be asked for now, UNREADABLE the status if not
+ *     INDICATED(m)       (if need be) whether there are indicators now; if not, they are discarded
+ *     DISCARDS(m)        (if need be) whether the step of a Co-Simulation that was just made is discarded
  *     CLOCKS             (if need be, FMI 3) number of clocks, whose functions are in the C file
  *     REFUSES_EVENTS     (if need be) no event mode, whatever the description says: an error with a message
  *     TEXTS              (if need be) texts, whose functions are in the C file
@@ -70,6 +72,15 @@
 
 #ifndef READABLE
 #define READABLE(m, v) 1
+#endif
+#ifndef UNREADABLE
+#define UNREADABLE FAILED
+#endif
+#ifndef INDICATED
+#define INDICATED(m) 1
+#endif
+#ifndef DISCARDS
+#define DISCARDS(m) 0
 #endif
 
 #ifndef SIZE
@@ -174,7 +185,7 @@ static STATUS get_one(Model *m, unsigned v, double *value)
 {
     double many[NX + NZ + 1];
     Model seen = computed(m);
-    if (!READABLE(m, v)) return FAILED;
+    if (!READABLE(m, v)) return UNREADABLE;
     if (v == 0) {
         *value = m->t;
     } else if (v <= NX) {
@@ -207,12 +218,12 @@ static STATUS set_one(Model *m, unsigned v, double value)
 static STATUS complain(Model *m)
 {
 #if FMI == 1
-    m->callbacks.logger(m, "model", fmi1Error, "logStatusError", "%s beyond t = %g", "no rates", 1.0);
+    m->callbacks.logger(m, "model", FAILED_STATUS, "logStatusError", "%s beyond t = %g", "no rates", 1.0);
 #elif FMI == 2
-    m->callbacks->logger(m->callbacks->componentEnvironment, "model", fmi2Error, "logStatusError", "%s beyond t = %g",
-                         "no rates", 1.0);
+    m->callbacks->logger(m->callbacks->componentEnvironment, "model", FAILED_STATUS, "logStatusError",
+                         "%s beyond t = %g", "no rates", 1.0);
 #else
-    m->log(m->environment, fmi3Error, "logStatusError", "no rates beyond t = 1");
+    m->log(m->environment, FAILED_STATUS, "logStatusError", "no rates beyond t = 1");
 #endif
     return FAILED_STATUS;
 }
@@ -283,7 +294,7 @@ STATUS NAME(GetEventIndicators)(void *c, double *z, size_t n)
     Model seen = computed(c);
     (void)n;
     indicators(&seen, z);
-    return OK;
+    return INDICATED(&seen) ? OK : (STATUS)2;
 }
 STATUS NAME(GetNominalsOfContinuousStates)(void *c, double *x, size_t n)
 {

@@ -87,13 +87,16 @@ F1(fmi1Status, CompletedIntegratorStep)(void *c, fmi1Boolean *event)
     *event = (char)m->wants_event;
     return fmi1OK;
 }
-/* the library has its states the other way round */
-#define TURNED(i, n) ((n) - 1 - (i))
+/* the library has its states the other way round, unless it does not tell (TELLS_NO_STATES 1; 2: and turns them) */
+#ifndef TELLS_NO_STATES
+#define TELLS_NO_STATES 0
+#endif
+#define TURNED(i, n) (TELLS_NO_STATES == 1 ? (i) : (n) - 1 - (i))
 F1(fmi1Status, GetStateValueReferences)(void *c, fmi1ValueReference v[], size_t n)
 {
     for (size_t i = 0; i < n; i++)
         v[i] = 1 + (unsigned)TURNED(i, n);
-    return fmi1OK;
+    return TELLS_NO_STATES ? complain(c) : fmi1OK;
 }
 F1(fmi1Status, SetContinuousStates)(void *c, const fmi1Real x[], size_t n)
 {
@@ -152,7 +155,7 @@ F1(fmi1Status, DoStep)(void *c, fmi1Real t, fmi1Real length, fmi1Boolean is_new)
     Model *m = c;
     while (do_step(m, t + length))
         update(m);
-    return m->terminates || !is_new ? fmi1Discard : fmi1OK;
+    return m->terminates || DISCARDS(m) || !is_new ? fmi1Discard : fmi1OK;
 }
 F1(fmi1Status, CancelStep)(void *c) { return fmi1Error; }
 #define ASK1(Name, Value)                                                                                              \

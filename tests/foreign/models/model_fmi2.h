@@ -119,7 +119,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real length, fmi2Boolean 
     if (REFUSES(m, t + length)) return fmi2Discard;
     while (do_step(m, t + length))
         update(m);
-    return m->terminates ? fmi2Discard : fmi2OK;
+    return m->terminates || DISCARDS(m) ? fmi2Discard : fmi2OK;
 }
 fmi2Status fmi2CancelStep(fmi2Component c) { return fmi2Error; }
 #define ASK(Name, Value)                                                                                               \

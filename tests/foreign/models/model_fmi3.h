@@ -108,6 +108,6 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 length, fmi3Boo
 #endif
     *terminate = m->terminates;
     *last = m->t;
-    return fmi3OK;
+    return DISCARDS(m) ? fmi3Discard : fmi3OK;
 }
 #endif

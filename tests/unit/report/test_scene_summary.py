@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import pytest
 from rich.console import Console
 from scene_file import CLASS_A, scene_of
 
@@ -35,26 +34,11 @@ def test_a_drive_is_told_by_its_value_or_as_one_that_varies(tmp_path: Path) -> N
     assert "drives w0 varies" in printed(print_scene, rising, OneDisc())
 
 
-@pytest.mark.parametrize(
-    ("difference", "muted", "said"),
-    [
-        (3e-13, ["N1"], "The whole model makes the same motion, with N1 = 0 to switch off what is left out: states"),
-        (3e-13, [], "The whole model makes the same motion: states differ by 3.0e-13 of their size."),
-        (None, [], "Contacts that are left out cannot be switched off in the whole model: its runs are another motion"),
-    ],
-)
-def test_what_is_left_out_is_the_same_motion_or_said_to_be_another(
-    difference: float | None, muted: list[str], said: str
-) -> None:
-    seconds = {"scene": 0.5, "model": 2.0}
+def test_what_is_left_out_is_named_and_sized() -> None:
     content = {
         "left_out": [{"kind": "contact", "name": "disc1", "why": "not among the contacts in use"}],
         "sizes": {"scene": {"contacts": 1, "bytes": 40e3}, "model": {"contacts": 2, "bytes": 100e3}},
-        **dict.fromkeys(("build_seconds", "start_seconds", "run_seconds"), seconds),
-        "difference": difference,
-        "muted": muted,
     }
     told = printed(print_explained, content)
-    assert told.count("motion") == 1 and said in told
     assert "contact disc1 not among the contacts in use" in told
-    assert "FMU file 40 kB 100 kB 60 kB" in told and "time per run 500 ms 2e+03 ms 4.00 times faster" in told
+    assert "contacts 1 2 1" in told and "FMU file 40 kB 100 kB 60 kB" in told

@@ -12,17 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scene_file import CLASS_A, scene_of
+from timed_scene import time_runs
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.scene.compute import arguments, compare, compute
 from fmu_models.scene.kinds.kind import period
+from fmu_models.scene.left_out import left_out, size, whole_model
 from fmu_models.scene.read import read_scene
 from fmu_models.scene.reduce import built_scene, export_scene, reduced, unfolded
 from fmu_models.scene.scene import Compute, Scene
 from fmu_models.simulation.run import simulate
-from fmu_models.validation.scene_savings import left_out, size, time_runs, whole_model
 
 
 def test_units_are_converted(tmp_path: Path) -> None:

@@ -1,15 +1,10 @@
-"""What a scene leaves out of its model and why, and what that saves, measured here and now against the FMU of its whole
-model.
+"""Times of the FMU of a scene against that of its whole model: runs in pairs, one of each in turn; building and
+starting in processes of their own, as a user meets them, from the start of the interpreter to the first result."""
 
-Building and starting are timed in processes of their own, as a user meets them: from the start of the interpreter to
-the first result. Runs are timed in pairs, one of each in turn.
-"""
-
-import dataclasses
 import os
 import statistics
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,98 +13,16 @@ import numpy as np
 from fmu_models.base.cache import cache_folder
 from fmu_models.base.processes import isolated
 from fmu_models.base.temporary import temporary_folder
-from fmu_models.codegen.package import built, variant
+from fmu_models.codegen.package import variant
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.language.contacts import Contact
-from fmu_models.language.quantities import Input, InternalState, Parameter
-from fmu_models.lowering.lower import lower
 from fmu_models.scene.compute import arguments
-from fmu_models.scene.reduce import built_scene, reduced
+from fmu_models.scene.left_out import whole_model
+from fmu_models.scene.reduce import built_scene
 from fmu_models.scene.scene import Scene
 from fmu_models.simulation.run import simulate
 
-
-@dataclass(frozen=True)
-class LeftOut:
-    """A part of the model that the scene's FMU does not have: what kind of part, its name, and why it is not there."""
-
-    kind: str
-    name: str
-    why: str
-
-
-def left_out(scene: Scene) -> tuple[LeftOut, ...]:
-    """What a scene leaves out, by kind."""
-    declared = whole_model = variant(scene.model, beside=scene.folder)
-    law_contacts = [name for name in scene.laws if scene.contacts is None or name in scene.contacts]
-    if law_contacts:
-        whole_model = variant(declared, laws={name: scene.laws[name] for name in law_contacts}, beside=scene.folder)
-    mechanism = variant(declared, scene.contacts, scene.laws, beside=scene.folder)
-    system, small = lower(whole_model), reduced(scene)
-    contacts = {contact.name for contact in small.contacts}
-    gone = [
-        contact for contact in whole_model.contacts if scene.contacts is not None and contact.name not in scene.contacts
-    ]
-    belongs = {s.name: contact.name for contact in gone for s in _symbols(contact) - mechanism.symbols}
-    omissions = [
-        LeftOut("contact", c.name, "not among the contacts in use") for c in system.contacts if c.name not in contacts
-    ]
-    states = {state.name for state in small.states}
-    omissions += [
-        LeftOut("state", z.name, f"belongs to contact {belongs[z.name]}")
-        for z in system.internal_states
-        if z.name not in states
-    ]
-    present = {q.name for q in (*small.parameters, *small.inputs)}
-    for quantity in (*system.parameters, *system.inputs):
-        if quantity.name in present:
-            continue
-        kind = "parameter" if isinstance(quantity, Parameter) else "input"
-        if quantity.name in scene.fixed:
-            unit = "" if quantity.unit == "1" else f" {quantity.unit}"
-            why = f"constant of the code, {scene.fixed[quantity.name]:g}{unit}"
-        else:
-            why = f"belongs to contact {belongs.get(quantity.name, 'left out')}"
-        omissions.append(LeftOut(kind, quantity.name, why))
-    possible = {output.name for output in lower(mechanism).outputs}
-    for output in system.outputs:
-        symbols: Any = output.expression.free_symbols
-        if output.name not in scene.outputs:
-            of = sorted({belongs[s.name] for s in symbols if s.name in belongs})
-            why = "not asked for" if output.name in possible else f"shows contact {', '.join(of)}"
-            omissions.append(LeftOut("output", output.name, why))
-    return tuple(omissions)
-
-
-def _symbols(contact: Contact) -> set[Any]:
-    """What belongs to a contact: its parameters, inputs, internal states and what outputs show of it."""
-    quantities = {s for s in contact.symbols if isinstance(s, Parameter | Input | InternalState)}
-    return quantities | set(contact.shown) | {getattr(contact, "reaction", None)} - {None}
-
-
 PAIRS = 21
 LONGEST = 5.0  # s, after which no further pair of runs is begun
-
-
-@dataclass(frozen=True)
-class Size:
-    """How large an FMU is: numbers of its parts, by its XML, and bytes."""
-
-    contacts: int
-    indicators: int
-    states: int
-    parameters: int
-    inputs: int
-    outputs: int
-    bytes: int
-
-
-def size(fmu: Fmu) -> Size:
-    """Count the parts of an FMU."""
-    description: Any = fmu.description
-    indicators = description.numberOfEventIndicators if fmu.fmi == 2 else len(description.eventIndicators)
-    counts = {name: len(getattr(fmu, name)) for name in ("contacts", "states", "parameters", "inputs", "outputs")}
-    return Size(indicators=int(indicators), bytes=fmu.path.stat().st_size, **counts)
 
 
 @dataclass(frozen=True)
@@ -129,11 +42,6 @@ class TimedRuns:
     faster: float
     difference: float | None
     muted: Mapping[str, float]
-
-
-def whole_model(scene: Scene) -> Fmu:
-    """The FMU of the model with all its contacts, parameters and outputs, under the laws of the scene."""
-    return Fmu.open(built(scene.model, laws=scene.laws, beside=scene.folder))
 
 
 def time_runs(scene: Scene, pairs: int = PAIRS) -> TimedRuns:
@@ -223,25 +131,3 @@ def _work(scene: Scene, of_model: bool, environment: Mapping[str, str]) -> None:
     fmu = whole_model(scene) if of_model else Fmu.open(built_scene(scene))
     run = _for_model(scene, fmu, scene_arguments, {}) if of_model else scene_arguments
     simulate(fmu, **run, output_times=[scene_arguments["stop_time"]])
-
-
-def measured(scene: Scene, progress: Callable[[float], Any]) -> dict[str, Any]:
-    """What is left out, sizes and times of the scene's FMU and of that of its model."""
-    omissions = left_out(scene)
-    sizes = {"scene": size(Fmu.open(built_scene(scene))), "model": size(whole_model(scene))}
-    progress(0.1)
-    runs = time_runs(scene)
-    progress(0.4)
-    start = {"scene": time_start(scene, False), "model": time_start(scene, True)}
-    progress(0.6)
-    build = {"scene": time_build(scene, False), "model": time_build(scene, True)}
-    return {
-        "left_out": [dataclasses.asdict(omission) for omission in omissions],
-        "sizes": {name: dataclasses.asdict(model_size) for name, model_size in sizes.items()},
-        "build_seconds": build,
-        "start_seconds": start,
-        "run_seconds": {"scene": runs.scene, "model": runs.model},
-        "faster": runs.faster,
-        "difference": runs.difference,
-        "muted": dict(runs.muted),
-    }

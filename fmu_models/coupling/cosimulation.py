@@ -16,12 +16,14 @@ The order of the units is irrelevant to the result.
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.coupling.bonds import PowerBonds
 from fmu_models.coupling.control import SHRINK, StepControl
 from fmu_models.coupling.histories import SLOPE_AT_END, History, Matrix, Vector
 from fmu_models.coupling.outcome import Outcome, Tell
@@ -75,6 +77,8 @@ def co_simulate(
     except MotionError as error:
         raise error.after(master.trajectory()) from error
     finally:
+        if master.pool:
+            master.pool.shutdown()
         master.points.composite.close()
 
 
@@ -101,10 +105,13 @@ class Master(Outcome):
             raise StickslipError(f"The unit '{rigid[0]}' takes steps of one length only. Choose a step.")
         self.saves = not fixed and system.rollback is not False
         self.repeats = self.saves and (not system.step or system.rollback is True)
+        threads = system.parallel and self.saves and tell is None
+        self.pool = ThreadPoolExecutor(len(self.units)) if threads else None
         self.step, self.span = system.step, system.stop_time - system.start_time
         self.tolerance = system.tolerance or TOLERANCE
         signals = self.points.signals
         self.history = History(signals.size)
+        self.bonds = PowerBonds(system.fmus, [self.points.composite.wires[i] for i in signals])
         nominal = [self._nominal(*self.points.composite.wires[i].target) for i in signals]
         lines, polygons = np.zeros(signals.size, dtype=bool), np.zeros(signals.size, dtype=bool)
         for unit, places in zip(self.units, self.points.places, strict=True):
@@ -268,25 +275,34 @@ class Master(Outcome):
         """All units to ``end``, or to the first event; the time reached, and what the signals were expected to be."""
         series, fed = self._expect(end)
         done: list[int] = []
+        target, noted = end, len(self.points.events)
+        ahead = self.points.step_abreast(self.pool, end, fed) if self.pool else []
         for i in self._order:
             unit = self.units[i]
             if self.tell:
                 self.tell(unit.name)
             stop = unit.stops and (not done or (all(self.units[k].puts_back for k in done) and self.saves))
-            reached = unit.step(end, self.points.unit_inputs(i, fed, end), stop)
+            if ahead and end == target:
+                reached = ahead[i].result()
+            else:
+                if ahead:
+                    unit.put_back()
+                reached = unit.step(end, self.points.unit_inputs(i, fed, end), stop)
             if unit.ended and unit.time < end:
                 end = unit.time
             elif reached < end:
                 end = reached
                 if reached == self.points.time:  # an event where the others stand
-                    for k in done:
-                        self.units[k].put_back()
+                    for k in range(len(self.units)) if ahead else done:
+                        if k != i:
+                            self.units[k].put_back()
                     return end, np.zeros_like(series)
                 series, fed = self._expect(end)
                 for k in done:
                     self.units[k].put_back()
                     self.units[k].step(end, self.points.unit_inputs(k, fed, end), self.units[k].stops)
             done.append(i)
+        self.points.order_events(noted, end)
         return end, series
 
     def _expect(self, end: float) -> tuple[Matrix, Matrix]:
@@ -344,6 +360,7 @@ class Master(Outcome):
         longer = h * min(factor, 0.8 * max(bent, 1e-9) ** -0.25)
         self.h = max(proposed, longer) if cut else longer
         self.history.accept(time, values, defects)
+        self.bonds.add(h, values, defects[used])
         if self._smooth and (slopes := self.points.slopes()) is not None:
             self.history.accept_slopes(slopes)
             self.points.exchange()

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from fmu_models.coupling.bonds import PowerBonds
 from fmu_models.coupling.dense import DenseOutput
 from fmu_models.coupling.histories import Vector
 from fmu_models.coupling.points import CommunicationPoints
@@ -26,6 +27,7 @@ class Outcome:
     """
 
     points: CommunicationPoints
+    bonds: PowerBonds
     output: DenseOutput
     measured_in: dict[str, str]
     step: float | None
@@ -50,6 +52,7 @@ class Outcome:
         ended = [unit.name for unit in points.units if unit.ended]
         if ended:
             note += f"; unit '{ended[0]}' ended the run at t = {points.time:.9g} s"
+        note += self.bonds.words
         values, events = columns(self.measured_in, output.rows), tuple(points.events)
         return Trajectory(np.array(output.time), values, self.measured_in, events, self.steps, self.retries, note)
 

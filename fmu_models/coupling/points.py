@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor, Future, wait
 from ctypes import byref
 from typing import TYPE_CHECKING
 
@@ -231,6 +232,19 @@ class CommunicationPoints:
         lines[0] = table.values[row, columns] + slopes * (self.time - table.times[row] + 0.5 * h)
         lines[1] = 0.5 * h * slopes
         return np.hstack([inputs, lines])
+
+    def step_abreast(self, pool: Executor, end: float, fed: Matrix) -> list[Future[float]]:
+        """All units at once to ``end``, each in a thread, or to its first event; fed: (7, n) of the signals."""
+        steps = [
+            pool.submit(unit.step, end, self.unit_inputs(i, fed, end), unit.stops) for i, unit in enumerate(self.units)
+        ]
+        wait(steps)  # an error of one must not find another at work
+        return steps
+
+    def order_events(self, noted: int, end: float) -> None:
+        """Keep each event behind the first ``noted`` ones once, up to ``end``: units may have gone beyond it."""
+        events = {(event.time, event.name): event for event in self.events[noted:] if event.time <= end}
+        self.events[noted:] = [event for _, event in sorted(events.items(), key=lambda item: item[0])]
 
     def slopes(self) -> Vector | None:
         """(n,) rates of the signals; None where a unit does not tell them."""

@@ -67,6 +67,8 @@ class CoupledSystem(Shown):
         step: communication step of a co-simulation, s; None: of controlled length.
         rollback: steps of a co-simulation that miss the tolerance are repeated; None: where every unit can be put back,
             and no step is given. With True and a step, shorter ones lie between its points.
+        parallel: units that can be put back step at the same time, in threads, with the same result: where a step takes
+            long.
         tolerance: relative error; None: 1e-8, of a co-simulation 1e-6.
         outputs: variables to record, "unit.variable"; none: states, inputs and outputs of all units.
         connectors: of the system itself and of systems in it, by dotted name; a trajectory has those with a value or a
@@ -83,6 +85,7 @@ class CoupledSystem(Shown):
     solver: str = "auto"
     step: float | None = None
     rollback: bool | None = None
+    parallel: bool = False
     tolerance: float | None = None
     start_time: float = 0.0
     stop_time: float = 20.0

@@ -48,7 +48,7 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust
     if path.suffix.lower() in (".ssp", ".ssd"):
         return ssp.read(path)
     document = read_document(path, trust=trust)
-    document.check_keys(("units", "connections", "solver", "rollback", "outputs", *NUMBERS))
+    document.check_keys(("units", "connections", "solver", "rollback", "parallel", "outputs", *NUMBERS))
     data = document.data
     units = {name: _unit(document, name, fmi_version) for name in document.table("units")}
     numbers: dict[str, Any] = {k: document.value(data[k], unit, k) for k, unit in NUMBERS.items() if k in data}
@@ -59,6 +59,7 @@ def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust
             _connections(document),
             solver=document.text("solver", default="auto"),
             rollback=document.flag("rollback") if "rollback" in data else None,
+            parallel=document.flag("parallel"),
             outputs=document.names("outputs") or (),
             **numbers,
         )

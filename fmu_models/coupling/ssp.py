@@ -143,7 +143,7 @@ class _Reader:
             gives.append(kind if child or kind is None else not kind)
             ends.append((self.paths.get(path, path), name))
         start, end = ends[::-1] if gives in ([False, True], [False, None], [None, True]) else ends
-        if end in self.feeds:
+        if end in self.feeds and self.feeds[end][0] != start:
             raise StickslipError(
                 f"{where}: '{_name(end)}' is fed by '{_name(self.feeds[end][0])}' already, and again by "
                 f"'{_name(start)}'. An input has one source; leave one of the two out."
@@ -164,8 +164,9 @@ class _Reader:
         mapping = documents.document(holder, "ParameterMapping", base2, where)
         self.units |= documents.units(parameters, where)
         unknown: list[str] = []
-        for value in documents.values(parameters, where, binding.get("prefix", ""), self.root):
-            for target in documents.mapped(value, mapping, where):
+        prefix = binding.get("prefix", "")
+        for value in documents.values(parameters, where, prefix, self.root):
+            for target in documents.mapped(value, mapping, where, prefix):
                 node = self.target(at, target.name)
                 if node is not None:
                     self.values[node] = target

@@ -198,10 +198,12 @@ def values(parameters: Element, where: str, prefix: str = "", root: Element | No
         yield Value(where, name, value, typed.get("unit"), items.get(typed.get("name"), {}))
 
 
-def mapped(value: Value, mapping: Element | None, where: str) -> list[Value]:
-    """A value under the names that a mapping gives it, or else under its own."""
-    entries = mapping.iterfind("MappingEntry") if mapping is not None else ()
-    entries = [entry for entry in entries if entry.get("source") == value.name]
+def mapped(value: Value, mapping: Element | None, where: str, prefix: str = "") -> list[Value]:
+    """A value under the names that a mapping gives it, or else under its own. Mappings name it with its prefix; those
+    of some tools without."""
+    found = mapping.findall("MappingEntry") if mapping is not None else []
+    entries = [entry for entry in found if entry.get("source") == value.name]
+    entries = entries or [entry for entry in found if entry.get("source") == value.name.removeprefix(prefix)]
     steps = [step(entry, f"{where}: the mapping of '{value.name}'") for entry in entries]
     return [replace(value, name=e.get("target", ""), steps=(s,)) for e, s in zip(entries, steps, strict=True)] or [
         value

@@ -79,9 +79,7 @@ class SteppedUnit:
         self.fmi, self._calls, self._fmu = unit_instance.fmu.fmi, byref(unit_instance.calls), unit_instance.fmu
         self._handle = c_void_p(unit_instance.calls.instance)
         self.inputs, self.output_names = list(inputs), list(outputs)
-        # whose names differ between the versions of FMI
-        stated = self._fmu.elements("CoSimulation") + self._fmu.elements("Implementation/*/Capabilities")
-        attributes = stated[0].attrib if stated else {}
+        attributes = self._fmu.interfaces["CoSimulation"]  # whose names differ between the versions of FMI
         word = "FMUstate" if self.fmi == 2 else "FMUState"
         self._get, self._set, self._free = (self._function(f"{verb}{word}") for verb in ("Get", "Set", "Free"))
         self.puts_back = self._is(attributes, f"canGetAndSet{word}") and None not in (self._get, self._set, self._free)

@@ -100,6 +100,16 @@ class Fmu(Shown):
         return ElementTree.parse(self.folder / "modelDescription.xml").findall(path)
 
     @cached_property
+    def interfaces(self) -> dict[str, dict[str, str]]:
+        """Attributes of each interface by its tag in FMI 2 and 3, such as "CoSimulation"."""
+        if not self.adapted:
+            return {tag: dict(e.attrib) for tag in descriptions.INTERFACES for e in self.elements(tag)[:1]}
+        stated = self.elements("Implementation/*/Capabilities")
+        stepping, exchange = self.description.coSimulation, self.description.modelExchange
+        identifier = {"modelIdentifier": str((stepping or exchange).modelIdentifier)}  # pyright: ignore[reportOptionalMemberAccess]
+        return {"CoSimulation" if stepping else "ModelExchange": identifier | (stated[0].attrib if stated else {})}
+
+    @cached_property
     def problems(self) -> list[str]:
         """Where its archive or its description departs from the standard without being useless."""
         repeated = archive.repeated(self.path)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
-from xml.etree import ElementTree
 
 from fmu_models.base import console
 from fmu_models.base.table import Cell, PrintedColumn, table
@@ -58,20 +57,15 @@ def sheet(fmu: Fmu) -> dict[str, Any]:
 
 def _interfaces(fmu: Fmu) -> list[dict[str, Any]]:
     """What each interface declares, in the words of the standard."""
-    root = ElementTree.parse(fmu.folder / "modelDescription.xml").getroot()
     interfaces = []
-    for tag, kind in INTERFACES.items():
-        element = root.find(tag)
-        if element is not None:
-            stated = {name: value for name, value in element.attrib.items() if name != "modelIdentifier"}
-            capabilities = [
-                name if name.startswith(YES_OR_NO) else f"{name} = {value}"
-                for name, value in stated.items()
-                if value not in ("false", "0")
-            ]
-            interfaces.append(
-                {"kind": kind, "identifier": element.get("modelIdentifier"), "capabilities": capabilities}
-            )
+    for tag, stated in fmu.interfaces.items():
+        capabilities = [
+            name if name.startswith(YES_OR_NO) else f"{name} = {value}"
+            for name, value in stated.items()
+            if value not in ("false", "0") and name != "modelIdentifier"
+        ]
+        identifier = stated.get("modelIdentifier")
+        interfaces.append({"kind": INTERFACES[tag], "identifier": identifier, "capabilities": capabilities})
     return interfaces
 
 

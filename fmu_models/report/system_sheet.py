@@ -29,7 +29,7 @@ def sheet(system: CoupledSystem) -> dict[str, Any]:
         "solver": "all units as one" if system.integrates else "co-simulation",
         "units": {
             name: {"file": unit.fmu.path.name, "fmi_version": unit.fmu.description.fmiVersion}
-            | {"interfaces": [words for tag, words in INTERFACES.items() if unit.fmu.elements(tag)]}
+            | {"interfaces": [INTERFACES[tag] for tag in unit.fmu.interfaces]}
             for name, unit in system.units.items()
         },
         "connectors": outer + [row for name, unit in system.units.items() for row in _rows(system, name, unit)],

@@ -11,6 +11,7 @@ section,
 """
 
 import math
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
@@ -28,13 +29,21 @@ from fmu_models.simulation.sensitivity import flow_derivative
 Start = Mapping[str, float] | Callable[[float], Mapping[str, float]]
 
 
+class _Own(threading.local):
+    """What each thread has for itself: an instance that it follows, and the map at the values asked for last."""
+
+    def __init__(self, fmu: Fmu, section: Section, run: Mapping[str, Any]) -> None:
+        self.follower = SectionFollower(fmu, section, **run)
+        self.latest: tuple[Mapping[str, float], Any] | None = None
+
+
 class ReturnMap(SectionSystem):
     """A function of the value of one state, nan where the motion does not return in time.
 
     As a section system its points have one number, so that all analyses take it too.
 
     Attributes:
-        fmu: the model; one instance of it makes all the motions.
+        fmu: the model; in each thread one instance of it makes all the motions.
         state: name of the state that is mapped.
         section: where the motion returns.
         cap: s, the time after which a motion counts as one that does not return.
@@ -77,7 +86,7 @@ class ReturnMap(SectionSystem):
             check_names(fmu, "contact", self._accept, fmu.contacts)
         constants = {"parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
         self._run: dict[str, Any] = {**constants, "tolerance": tolerance}
-        self._follower = SectionFollower(fmu, section, **self._run)
+        self._own = _Own(fmu, section, self._run)
         self.values = {**self._run["parameters"], **self._run["inputs"]}
 
     @property
@@ -96,13 +105,16 @@ class ReturnMap(SectionSystem):
 
     def at(self, **values: float) -> Self:
         """The map at other values of parameters and inputs."""
-        for name, value in values.items():
-            self.check(name, np.array([value], dtype=float))
+        if self._own.latest and self._own.latest[0] == values:  # as iterates and searches ask, again and again
+            return self._own.latest[1]
+        check_names(self.fmu, "parameter", values, self.parameters)
         run: dict[str, Any] = dict(self._run)
         for kind, changed in self.fmu.settings(values).items():
             run[kind] = {**run[kind], **{name: float(value) for name, value in changed.items()}}
         how: dict[str, Any] = {"section": self.section, "cap": self.cap, "start": self._start, "accept": self._accept}
-        return type(self)(self.fmu, self.state, **how, **run)
+        system = type(self)(self.fmu, self.state, **how, **run)
+        self._own.latest = values, system
+        return system
 
     def identity(self) -> dict[str, Any]:
         """The identity with the section, the start, and the FMU's token and hash."""
@@ -117,11 +129,11 @@ class ReturnMap(SectionSystem):
         return {**super().identity(), **section, **fmu, **given}
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "_follower"}
+        return {name: value for name, value in vars(self).items() if name != "_own"}
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         vars(self).update(state)
-        self._follower = SectionFollower(self.fmu, self.section, **self._run)
+        self._own = _Own(self.fmu, self.section, self._run)
 
     def check(self, name: str, values: Vector) -> None:
         """Raises StickslipError: no such parameter or input, or a value out of its range."""
@@ -175,7 +187,7 @@ class ReturnMap(SectionSystem):
 
     def crossing(self, x: float) -> SectionPoint | None:
         """The return itself, or None."""
-        for passage in self._follower.follow(self.states_at(x), self.cap):
+        for passage in self._own.follower.follow(self.states_at(x), self.cap):
             if self._accepts(passage):
                 return passage
         return None

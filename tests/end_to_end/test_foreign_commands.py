@@ -136,11 +136,11 @@ def test_bad_input_is_refused_with_a_reason_and_leaves_nothing(stickslip, tmp_pa
 
 
 @pytest.mark.parametrize("command", ["inspect", "simulate"])
-def test_an_fmu_1_is_told_which_versions_are_read(stickslip, tmp_path, command):
-    shutil.copy(built("block_on_belt", fmi_version="2.0"), tmp_path / "old.fmu")
-    altered(tmp_path / "old.fmu", ('fmiVersion="2.0"', 'fmiVersion="1.0"'))
-    answer = stickslip(command, "old.fmu")
-    assert (answer.code, "FMI 2.0 and 3.0 are read" in answer.err) == (2, True)
+def test_an_fmu_4_is_told_which_versions_are_read(stickslip, tmp_path, command):
+    shutil.copy(built("block_on_belt", fmi_version="2.0"), tmp_path / "new.fmu")
+    altered(tmp_path / "new.fmu", ('fmiVersion="2.0"', 'fmiVersion="4.0"'))
+    answer = stickslip(command, "new.fmu")
+    assert (answer.code, "FMI 1.0, 2.0 and 3.0 are read" in answer.err) == (2, True)
 
 
 def test_an_existing_file_stays(stickslip, block, tmp_path):

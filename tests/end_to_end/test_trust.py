@@ -321,7 +321,6 @@ PARSERS = {
     "fmu_models/commands/scene.py": "scenes that come along",
     "fmu_models/coupling/ssp_documents.py": "names FMUs in its own folder, and no Python",
     "fmu_models/coupling/toml_system.py": "cases",
-    "fmu_models/report/fmu_sheet.py": "names and texts of an FMU",
     "fmu_models/scene/read.py": "cases",
     "fmu_models/scene/scene.py": "our own cache, of scenes that name members alone",
     "fmu_models/language/matrices.py": "arrays of numbers; np.load takes no objects",

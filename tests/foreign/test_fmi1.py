@@ -175,5 +175,7 @@ def test_the_commands(changed: Changed) -> None:
     path = changed("ball").path
     told = json.loads(stickslip("inspect", path, "--json").stdout)
     assert (told["states"], told["runs_here"], told["fmi_version"]) == (["h", "v"], True, "1.0")
+    assert told["interfaces"] == [{"kind": "Model Exchange", "identifier": "ball", "capabilities": []}]
+    assert changed("integers").interfaces["CoSimulation"]["canHandleVariableCommunicationStepSize"] == "true"
     run = json.loads(stickslip("simulate", path, "--until", 1, "--json").stdout)
     assert run["ranges"]["h"]["max"] == 1.0

@@ -20,6 +20,7 @@ from fmu_models.coupling import ssp_writer
 from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.toml_system import is_system, read_system
+from fmu_models.fmu.fmu import Fmu
 
 PACKAGE = find_spec("pyssp_standard")
 assert PACKAGE is not None and PACKAGE.origin is not None
@@ -144,13 +145,20 @@ def test_what_was_read_is_written_as_it_was(tmp_path: Path) -> None:
     assert [(w.factor, w.offset) for w in anew.wires] == [(1.0, 0.0), (0.5, 0.25)]
 
 
+TWO_OUTPUTS = """<?xml version="1.0"?><fmiModelDescription fmiVersion="3.0" modelName="two" instantiationToken="t">
+<CoSimulation modelIdentifier="two"/><ModelVariables><Float64 name="b_c" valueReference="1" causality="output"/>
+<Float64 name="c" valueReference="2" causality="output"/></ModelVariables><ModelStructure><Output valueReference="1"/>
+<Output valueReference="2"/></ModelStructure></fmiModelDescription>"""
+
+
 def test_names_of_the_system_never_collide(tmp_path: Path) -> None:
-    fmu = exported("mass", tmp_path)
-    system = CoupledSystem("twins", {"a": Unit(fmu), "a_other": Unit(fmu)}, outputs=("a.place", "a_other.place"))
-    other = system.changed(units={"a": Unit(fmu), "a.other": Unit(fmu)}, outputs=("a.other.place",))
-    for one in (system, other):
-        read = read_system(ssp_writer.write(tmp_path / "t.ssp", one, ssp_writer.parameter_sets(one), overwrite=True))
-        assert read.outputs == one.outputs and [*read.units] == [*one.units]
+    with zipfile.ZipFile(tmp_path / "two.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", TWO_OUTPUTS)
+    unit = Unit(Fmu.open(tmp_path / "two.fmu"))
+    system = CoupledSystem("s", {"a": unit, "a_b": unit, "a.b": unit}, outputs=("a.b_c", "a_b.c", "a.b.c"))
+    again = read_system(ssp_writer.write(tmp_path / "s.ssp", system, {}))
+    assert (again.outputs, [*again.units]) == (system.outputs, [*system.units])
+    assert sorted(again.connectors) == ["a.b_c", "a_b_c", "a_b_c_1"]
 
 
 @pytest.mark.parametrize(

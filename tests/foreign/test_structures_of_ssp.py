@@ -187,10 +187,11 @@ def one(folder: Path, binding: str, **more: str) -> CoupledSystem:
                            "</ssc:BooleanMappingTransformation>", "", 0.0),
     ],
 )  # fmt: skip
-def test_mapped_values(tmp_path, given, inside, attributes, value):
-    entry = f'<ssm:MappingEntry source="x" target="x" {attributes}>{inside}</ssm:MappingEntry>'
+@pytest.mark.parametrize(("prefix", "source"), [("", "x"), ('prefix="p."', "p.x"), ('prefix="p."', "x")])
+def test_mapped_values(tmp_path, given, inside, attributes, value, prefix, source):
+    entry = f'<ssm:MappingEntry source="{source}" target="x" {attributes}>{inside}</ssm:MappingEntry>'
     entries = entry + '<ssm:MappingEntry source="x" target="m"/>'.replace('"x"', '"unused"')
-    system = one(tmp_path, values(given, mapping=entries))
+    system = one(tmp_path, values(given, mapping=entries, attributes=prefix))
     assert system.values("start") == {"a.x": pytest.approx(value, rel=1e-15)}
 
 

@@ -109,6 +109,8 @@ class StepControl:
     def straightened(self, h: float, series: Matrix) -> Matrix:
         """The series (7, n) with lines that make up for what they leave out of it: the state after the step answers
         a_2 by A^2 b h^3 / 60, which is as good as a little more of b and A b."""
+        if not self._corrected.any():
+            return series
         bend = np.where(self._corrected, series[2], 0.0) * h**2
         mean = bend * self._bend_by / 60.0
         corrected = series.copy()

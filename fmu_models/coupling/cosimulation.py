@@ -111,13 +111,15 @@ class Master(Outcome):
         self.tolerance = system.tolerance or TOLERANCE
         signals = self.points.signals
         self.history = History(signals.size)
-        self.bonds = PowerBonds(system.fmus, [self.points.composite.wires[i] for i in signals])
-        nominal = [self._nominal(*self.points.composite.wires[i].target) for i in signals]
+        followed = [self.points.composite.wires[i] for i in signals]
+        self.bonds = PowerBonds(system.fmus, followed)
+        stated = [system.fmus[wire.target[0]].variables[wire.target[1]].nominal for wire in followed]
+        nominal = np.array([abs(float(value)) if value else 1.0 for value in stated])
         lines, polygons = np.zeros(signals.size, dtype=bool), np.zeros(signals.size, dtype=bool)
         for unit, places in zip(self.units, self.points.places, strict=True):
             continuous = unit.continuous[: places.size]
             lines[places], polygons[places] = (unit.degree < 2) & ~continuous, (unit.degree < 2) & continuous
-        self.control = StepControl(self.tolerance, self.span, np.array(nominal), lines, polygons)
+        self.control = StepControl(self.tolerance, self.span, nominal, lines, polygons)
         self.degree, self.reached = 0, 0
         self.steps = self.retries = self.missed = self._age = 0
         # forces of bodies that stick to what they follow bend with its rate, which no unit knows ahead
@@ -129,10 +131,6 @@ class Master(Outcome):
         self.measured_in = {name: str(variables[name].unit or "1") for name in recorded}
         # those that may return early go first: where nothing can be put back, they are the ones that others wait for
         self._order = sorted(range(len(self.units)), key=lambda i: (not self.units[i].stops, not self.units[i].events))
-
-    def _nominal(self, unit: str, name: str) -> float:
-        stated = self.system.fmus[unit].variables[name].nominal
-        return abs(float(stated)) if stated else 1.0
 
     def _is_short(self, length: float) -> bool:
         """Whether an event is known well enough that lies in a step of such a length."""
@@ -242,7 +240,7 @@ class Master(Outcome):
             defects = self.history.defects(reached, values)
             length = reached - start
             error = float(self.control.errors(defects[self.degree : self.degree + 1], self.degree)[0])
-            bent = max(self._bent(length, series), self.output.error(reached, row) / self.tolerance)
+            bent = max(self.control.feed_error(length, series[2]), self.output.error(reached, row) / self.tolerance)
             if max(error, bent) <= 1.0 or not self.repeats:
                 self.missed += max(error, bent) > 1.0
                 self.h = max(h, proposed) if self._limit < np.inf or h < proposed else h
@@ -309,10 +307,6 @@ class Master(Outcome):
         """What the signals are expected to be, and what units are fed that take lines."""
         series = self.history.series(end, self.degree)
         return series, self.control.straightened(end - self.history.time, series)
-
-    def _bent(self, h: float, series: Matrix) -> float:
-        """Error by lines that stand for curves, over the tolerance."""
-        return self.control.feed_error(h, series[2])
 
     def _is_void(self, time: float, series: Matrix) -> bool:
         """Whether an event changes nothing, as where a body sticks for a moment because lines have bends."""

@@ -17,14 +17,8 @@ Tell = Callable[[str | News], None]
 
 
 class Outcome:
-    """What a master records and counts.
-
-    Attributes:
-        measured_in: units of measure of what is recorded, by name.
-        step, repeats: of the settings: the communication step, s; whether steps that miss are repeated.
-        steps, retries, missed: accepted steps, repeated ones, and accepted ones that missed the tolerance.
-        reached: the highest degree.
-    """
+    """What a master records and counts; measured_in: units of measure of what is recorded, by name; reached: the
+    highest degree; missed: accepted steps that missed the tolerance."""
 
     points: CommunicationPoints
     bonds: PowerBonds

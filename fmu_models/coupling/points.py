@@ -204,7 +204,7 @@ class CommunicationPoints:
         self.check(status, "setting its inputs")
         if jump:
             for unit in self.units:
-                unit.reach_written()
+                unit.read_inputs()
 
     def jump(self, limits: Vector) -> None:
         """Signals (n,) that have jumped by more than ``limits`` reach also the inputs that else never jump."""

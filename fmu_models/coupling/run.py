@@ -14,7 +14,7 @@ from fmu_models.base.processes import isolated
 from fmu_models.coupling.composite import Composite
 from fmu_models.coupling.cosimulation import co_simulate
 from fmu_models.coupling.histories import Vector
-from fmu_models.coupling.outcome import News, Tell, columns
+from fmu_models.coupling.outcome import News, columns
 from fmu_models.coupling.system import BY_STEPS, CoupledSystem
 from fmu_models.coupling.wiring import split
 from fmu_models.importer import instance, request
@@ -107,7 +107,7 @@ def _apart(
             progress(report)
 
     try:
-        return isolated(_in_child, system, output_times, limits=limits, progress=listen)
+        return isolated(_here, system, output_times, apart=True, limits=limits, progress=listen)
     except IsolatedFailure as failure:
         last = times[-1] if times else system.start_time
         where = f"unit '{unit}', in its step behind t = {last:.9g} s" if unit else f"the units of '{system.name}'"
@@ -116,22 +116,18 @@ def _apart(
         raise MotionError(text, failure.cause, last).after(so_far) from failure
 
 
-def _in_child(
-    system: CoupledSystem, output_times: ArrayLike | None, *, progress: Callable[[float | str | News], None]
-) -> Trajectory:
-    return _here(system, output_times, progress, progress)
-
-
 def _here(
     system: CoupledSystem,
     output_times: ArrayLike | None,
-    progress: Callable[[float], None] | None,
-    tell: Tell | None = None,
+    progress: Callable[[Any], None] | None,
+    *,
+    apart: bool = False,
 ) -> Trajectory:
     if not system.units:
         times = request.output_times(output_times, system.start_time, system.stop_time)
         return with_connectors(system, Trajectory(times, {}, {}, (), 0, 0, "values alone, no units"))
     if system.solver == BY_STEPS or (system.solver == "auto" and not system.exchanges_models):
+        tell = progress if apart else None
         run = co_simulate(system, output_times=output_times, progress=progress, tell=tell)
         return with_connectors(system, run)
     return with_connectors(system, _as_one(system, output_times, progress))

@@ -200,9 +200,10 @@ class SteppedUnit:
         self.time = time
         if self.instance.calls.event_mode:
             self._iterate()
-        self._read_inputs()
+        self.read_inputs()
 
-    def _read_inputs(self) -> None:
+    def read_inputs(self) -> None:
+        """The inputs as the unit has them, where they were written or moved by itself."""
         if self.inputs:
             status = library().fmi_read(self._calls, self._everything[1], self._reached.ctypes.data)
             self._check(status, "reading its inputs")
@@ -292,7 +293,7 @@ class SteppedUnit:
         """Inputs as the unit itself has moved them, which differ by rounding; one that has not moved stays computed."""
         if not self._by_variables and self.continuous.any():
             computed = self._reached.copy()
-            self._read_inputs()
+            self.read_inputs()
             near = np.abs(self._reached - computed) <= 1e-9 * np.abs(computed)
             self._reached = np.where(near, self._reached, computed)
 
@@ -344,14 +345,10 @@ class SteppedUnit:
         first = slice(values.size)
         jumped = self.continuous[first] & (np.abs(values - self._reached[first]) > limits)
         if jumped.any():
-            self._read_inputs()
+            self.read_inputs()
             self._reached[first] = np.where(jumped, values, self._reached[first])
             status = library().fmi_write(self._calls, self._everything[1], self._reached.ctypes.data)
             self._check(status, "setting its inputs")
-
-    def reach_written(self) -> None:
-        """The inputs were written anew."""
-        self._read_inputs()
 
     def _advance(self, end: float, stop: bool) -> None:
         """On to ``end``, through the unit's own events or to the first one."""

@@ -11,12 +11,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from machine_log import LINEAR, MEASURED, RATE, coloured, log_of, motion, recipe_of, slide, table_of
+from recipe_fit import inverse_dynamics
 
 from fmu_models.base.errors import StickslipError
 from identification.inference.choice import coloured_covariance
 from identification.inference.problem import solve
 from identification.inference.uncertainty import plain_covariance
-from identification.machines.by_recipe import inverse_dynamics, motions_of, recipe_machine
+from identification.machines.by_recipe import motions_of, recipe_machine
 from identification.machines.machine_fit import MachineFit
 from identification.machines.problem import machine_problem
 from identification.machines.regressor import base_parameters, regressor_of

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from fmu_models.analyses.spectrum import spectrum as spectrum
     from fmu_models.analyses.tipping import tipping_rates as tipping_rates
     from fmu_models.base.errors import StickslipError as StickslipError
+    from fmu_models.base.errors import StickslipWarning as StickslipWarning
     from fmu_models.codegen.package import export as export
     from fmu_models.codegen.package import variant as variant
     from fmu_models.continuation.branches import branch as branch

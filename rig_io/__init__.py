@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from rig_io.logs.log import RigConstants as RigConstants
     from rig_io.logs.log import RigLog as RigLog
     from rig_io.logs.log import StatedQuantity as StatedQuantity
-    from rig_io.logs.log import StickslipWarning as StickslipWarning
     from rig_io.logs.table import Reader as Reader
     from rig_io.logs.table import Table as Table
     from rig_io.packages.datapackage import read_log as read_log

@@ -26,6 +26,8 @@ def test_every_name_resolves_and_has_a_docstring(package, name):
     assert called == name, f"{package}.{name} is '{called}': one name each"
     said = found.__doc__ or ""
     assert said.strip() and not said.startswith(f"{name}("), f"{package}.{name} has no docstring of its own"
+    place = getattr(found, "__module__", package)
+    assert place.split(".")[0] == package, f"{package}.{name} is of {place}: the manual lists it there"
 
 
 @pytest.mark.parametrize("package", PACKAGES)

@@ -29,19 +29,36 @@ F = _C.constants("Function", "F_")
 T = _C.constants("Type", "T_")
 STATUS = _C.constants(prefix="FMI_")
 
-# names of the functions in their order; FMI 2/FMI 3 where they differ, nothing where a version has none
-_NAMES = (
-    "Reset SetupExperiment/ EnterInitializationMode ExitInitializationMode EnterEventMode "
-    "NewDiscreteStates/UpdateDiscreteStates EnterContinuousTimeMode /EnterStepMode CompletedIntegratorStep SetTime "
-    "SetContinuousStates GetContinuousStates GetDerivatives/GetContinuousStateDerivatives GetEventIndicators "
-    "GetNominalsOfContinuousStates GetDirectionalDerivative DoStep /SetClock /GetClock /GetIntervalDecimal "
-    "/GetShiftDecimal /ActivateModelPartition Terminate GetBooleanStatus/ GetRealStatus/ /EnterConfigurationMode "
-    "/ExitConfigurationMode"
-)
-FUNCTIONS: dict[int, tuple[str | None, str | None]] = {}
-for _index, _name in enumerate(_NAMES.split()):
-    _two, _slash, _three = _name.partition("/")
-    FUNCTIONS[_index] = _two or None, _three or (None if _slash else _two)
+# names of the functions in FMI 2 and FMI 3, None where the version has none
+FUNCTIONS: dict[int, tuple[str | None, str | None]] = {
+    F.RESET: ("Reset", "Reset"),
+    F.SETUP: ("SetupExperiment", None),
+    F.ENTER_INITIALIZATION: ("EnterInitializationMode", "EnterInitializationMode"),
+    F.EXIT_INITIALIZATION: ("ExitInitializationMode", "ExitInitializationMode"),
+    F.ENTER_EVENT: ("EnterEventMode", "EnterEventMode"),
+    F.UPDATE: ("NewDiscreteStates", "UpdateDiscreteStates"),
+    F.ENTER_CONTINUOUS: ("EnterContinuousTimeMode", "EnterContinuousTimeMode"),
+    F.ENTER_STEP: (None, "EnterStepMode"),
+    F.COMPLETED: ("CompletedIntegratorStep", "CompletedIntegratorStep"),
+    F.SET_TIME: ("SetTime", "SetTime"),
+    F.SET_STATES: ("SetContinuousStates", "SetContinuousStates"),
+    F.GET_STATES: ("GetContinuousStates", "GetContinuousStates"),
+    F.GET_DERIVATIVES: ("GetDerivatives", "GetContinuousStateDerivatives"),
+    F.GET_INDICATORS: ("GetEventIndicators", "GetEventIndicators"),
+    F.NOMINALS: ("GetNominalsOfContinuousStates", "GetNominalsOfContinuousStates"),
+    F.DIRECTIONAL: ("GetDirectionalDerivative", "GetDirectionalDerivative"),
+    F.DO_STEP: ("DoStep", "DoStep"),
+    F.SET_CLOCK: (None, "SetClock"),
+    F.GET_CLOCK: (None, "GetClock"),
+    F.GET_INTERVAL: (None, "GetIntervalDecimal"),
+    F.GET_SHIFT: (None, "GetShiftDecimal"),
+    F.ACTIVATE: (None, "ActivateModelPartition"),
+    F.TERMINATE: ("Terminate", "Terminate"),
+    F.BOOLEAN_STATUS: ("GetBooleanStatus", None),
+    F.REAL_STATUS: ("GetRealStatus", None),
+    F.ENTER_CONFIGURATION: (None, "EnterConfigurationMode"),
+    F.EXIT_CONFIGURATION: (None, "ExitConfigurationMode"),
+}
 # the type that carries a variable of a type of FMI 2 or FMI 3
 TYPES2 = {"Real": T.FLOAT64, "Integer": T.INT32, "Enumeration": T.INT32, "Boolean": T.BOOLEAN}
 TYPES3 = {

@@ -141,10 +141,14 @@ def _either_gamma(
     return {"beta": (1e-3 * beta, 1e3 * beta), "gamma": (-1e3 * beta, 1e3 * beta)}
 
 
+def _wide(first: Values) -> dict[str, tuple[float, float]]:
+    """Bounds around first values of which nothing but the size is known."""
+    return {name: (value / 30, 30 * value) for name, value in first.items()}
+
+
 def _pinched_bounds(spectrum: SliderSpectrum) -> dict[str, tuple[float, float]]:
     first = _pinched(spectrum)
-    wide = {name: (value / 30, 30 * value) for name, value in first.items()}
-    return wide | {"gamma": (-first["beta"], 10 * first["beta"]), "zeta_s": (0.0, 0.999), "q": (0.0, 0.5)}
+    return _wide(first) | {"gamma": (-first["beta"], 10 * first["beta"]), "zeta_s": (0.0, 0.999), "q": (0.0, 0.5)}
 
 
 _ENERGY = {
@@ -180,8 +184,7 @@ def _behind_play(law: LoopLaw) -> LoopLaw:
         return {**law.first(spectrum), "w": spectrum.reach / 10}
 
     def bounds(spectrum: SliderSpectrum) -> dict[str, tuple[float, float]]:
-        wide = {name: (value / 30, 30 * value) for name, value in law.first(spectrum).items()}
-        return wide | {"w": (spectrum.reach / 300, 0.9 * spectrum.reach)}
+        return _wide(law.first(spectrum)) | {"w": (spectrum.reach / 300, 0.9 * spectrum.reach)}
 
     return LoopLaw(f"Play-{law.name}", Play(law.law, w), first, guesses=64, bounds=bounds)
 

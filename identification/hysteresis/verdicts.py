@@ -31,12 +31,12 @@ def verdicts(logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool) ->
         notes.append("The spring beside the sliders is negative: a force that falls with the way, which no slider has.")
     for log in logs:
         notes += [*_drift(log, spectrum), *_backlash(log)]
-        if log.load is None or spectrum.left(log) == 0:
+        if log.load is None or (left := spectrum.left(log)) == 0:
             continue
         ignored = replace(log, load=None)
         without = fit_sliders([ignored], rate=spectrum.rate).left(ignored)
         notes.append(
-            f"The force of {log.name} is taken in proportion to its load: {100 * spectrum.left(log):.3g} % are left of "
+            f"The force of {log.name} is taken in proportion to its load: {100 * left:.3g} % are left of "
             f"it, {100 * without:.3g} % where the load is ignored."
         )
     if varied:

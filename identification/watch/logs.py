@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, StickslipWarning
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.inference.defaults import NONE
@@ -21,7 +21,7 @@ from rig_io.description.answers import Answers
 from rig_io.description.draft import draft, write
 from rig_io.description.example import log_files
 from rig_io.description.questions import missing
-from rig_io.logs.log import RigLog, StickslipWarning
+from rig_io.logs.log import RigLog
 from rig_io.packages.datapackage import read_log
 from rig_io.packages.described import files_of
 from rig_io.packages.sidecar import SIDECAR, file_hash, load_json

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
-from fmu_models.base.errors import StickslipWarning as StickslipWarning
 from fmu_models.base.shown import Shown, Tabular, span
 from rig_io.logs.arrangement import Arrangement
 

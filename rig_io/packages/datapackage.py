@@ -11,13 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fmu_models.base.errors import StickslipError, WriteError, nearest
+from fmu_models.base.errors import StickslipError, StickslipWarning, WriteError, nearest
 from fmu_models.base.files import FULL, OVERWRITE, existing, write_whole
 from fmu_models.base.registry import Reference
 from fmu_models.base.unit_names import conversion
 from rig_io.joining.joined import Joined, joined
 from rig_io.logs.columns import COLUMNS, TIME, metres
-from rig_io.logs.log import Experiment, InstrumentCalibrations, LaserCalibration, RigConstants, RigLog, StickslipWarning
+from rig_io.logs.log import Experiment, InstrumentCalibrations, LaserCalibration, RigConstants, RigLog
 from rig_io.logs.table import Table
 from rig_io.packages import sidecar
 from rig_io.packages.described import Field, fields_of, files_of, with_roles, with_units

@@ -16,10 +16,9 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, StickslipWarning
 from rig_io.logs import stamps
 from rig_io.logs.columns import COLUMNS, TIME
-from rig_io.logs.log import StickslipWarning
 from rig_io.logs.table import Reader, Table, check_file
 from rig_io.logs.text_layout import (
     BLANKS,

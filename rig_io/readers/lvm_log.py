@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import StickslipWarning
+from fmu_models.base.errors import StickslipError, StickslipWarning
 from rig_io.logs.table import Reader, Table, check_file
 from rig_io.logs.text_layout import HEAD, is_none, is_number
 

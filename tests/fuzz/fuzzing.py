@@ -23,9 +23,8 @@ from pathlib import Path
 import sanitizers
 
 from fmu_models.base.child_process import IsolatedFailure, Limits
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, StickslipWarning
 from fmu_models.base.processes import in_processes, isolated
-from rig_io.logs.log import StickslipWarning
 
 PATIENCE = 180.0  # s for one case on a machine that has other work
 MEMORY = 3000.0  # MB, of cases without sanitizers, which reserve more than any machine has

@@ -13,8 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from kept_log import a_log, edit_sidecar
 
-from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import StickslipWarning
+from fmu_models.base.errors import StickslipError, StickslipWarning
 from rig_io.packages.datapackage import read_columns, read_log, read_package, write_package
 from rig_io.readers import csv_log
 from rig_io.sensors import laser_angle

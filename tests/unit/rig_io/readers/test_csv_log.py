@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from kept_log import CALIBRATION, RIG, a_log, edit_sidecar
 
-from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import Experiment, RigLog, StickslipWarning
+from fmu_models.base.errors import StickslipError, StickslipWarning
+from rig_io.logs.log import Experiment, RigLog
 from rig_io.packages.datapackage import read_columns, read_log, read_package, write_package
 
 

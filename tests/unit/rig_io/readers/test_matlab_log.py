@@ -19,9 +19,8 @@ from scipy.io import savemat
 from scipy.sparse import csr_array
 
 from fmu_models.base.child_process import Limits
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, StickslipWarning
 from fmu_models.base.processes import in_processes
-from rig_io.logs.log import StickslipWarning
 from rig_io.logs.mat_file import arrays
 from rig_io.logs.table import Table
 from rig_io.packages.datapackage import read_log

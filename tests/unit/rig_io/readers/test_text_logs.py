@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import StickslipWarning
+from fmu_models.base.errors import StickslipError, StickslipWarning
 from rig_io.logs.table import Table
 from rig_io.readers import read_table
 

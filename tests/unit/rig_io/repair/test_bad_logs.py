@@ -13,8 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import RigLog, StickslipWarning
+from fmu_models.base.errors import StickslipError, StickslipWarning
+from rig_io.logs.log import RigLog
 from rig_io.packages.datapackage import read_log
 
 ROWS = 3000

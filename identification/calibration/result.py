@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from lmfit import Minimizer
 
 KIND = "stickslip calibration"
+LOOPS = "stickslip hysteresis"  # of several calibrations, one for each law, the best first
 LEVEL = 0.95
 
 
@@ -229,7 +230,7 @@ class Calibration(Pictured):
 
 
 def read_calibration(path: str | os.PathLike[str]) -> Calibration:
-    """A result of 'stickslip calibrate MODEL LOGS -o FILE.json'.
+    """A result of 'stickslip calibrate MODEL LOGS -o FILE.json', of 'decay', or that of the best law of 'hysteresis'.
 
     Raises:
         StickslipError: there is none, or it is something else.
@@ -237,6 +238,10 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
     file = existing(path, "calibration", " Make one: stickslip calibrate MODEL LOGS --free k,c -o FILE.json")
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
+        if isinstance(content, dict) and content.get("type") == LOOPS:
+            if not any(law["calibration"] for law in content["laws"]):
+                raise StickslipError("no law was fitted to its loops; see --laws")
+            content = {"type": KIND, **content["laws"][0]["calibration"]}
         if not isinstance(content, dict) or content.pop("type", None) != KIND:
             raise StickslipError(f'it lacks "type": "{KIND}"')
         for sensor in content.get("sensors", {}).values():

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, named
 from fmu_models.base.shown import Pictured
 from fmu_models.language.mechanism import Mechanism
-from identification.calibration.result import CalibratedValue
-from identification.hysteresis.laws import LAWS, loop_model
+from identification.calibration.result import LOOPS, CalibratedValue
+from identification.hysteresis.laws import CENTER, LAWS, MEDIAN, loop_model
 from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.spectrum import SliderSpectrum
 
@@ -43,7 +46,7 @@ class FittedLaw:
     the same of logs that took no part; notes: what the logs leave open; why: it could not be fitted; empty if it was;
     calibration: behind it, None in a result that was read back."""
 
-    RECORD: ClassVar = ("name", "parameters", "left", "held_out", "notes", "why")
+    RECORD: ClassVar = ("name", "parameters", "left", "held_out", "notes", "why", "calibration", "declaration")
 
     name: str
     parameters: tuple[CalibratedValue, ...] = ()
@@ -59,6 +62,21 @@ class FittedLaw:
         return {parameter.name: parameter.value for parameter in self.parameters}
 
     @property
+    def model_values(self) -> dict[str, float]:
+        """Parameters of its model, those that were not sought too; of a law with its calibration."""
+        assert self.calibration is not None
+        return {**{name: self.calibration.held[name] for name in (CENTER, MEDIAN)}, **self.values}
+
+    @property
+    def declaration(self) -> str:
+        """The contact as Python text, of a way x; empty if the law was not fitted."""
+        if self.why:
+            return ""
+        rounded = {name: float(f"{value:.6g}") for name, value in self.values.items()}
+        damping = f", damping={rounded['damping']}" if "damping" in rounded else ""
+        return f'Hysteresis(name="joint", way=x, law={LAWS[self.name].at(rounded)!r}{damping})'
+
+    @property
     def worst(self) -> float:
         """The largest part that is left of a log; infinite where the law could not be fitted."""
         return max(self.left.values(), default=np.inf)
@@ -72,8 +90,8 @@ class HysteresisFit(Pictured):
     what the logs leave open."""
 
     RECORD: ClassVar = (
-        *("names=logs", "left", "left_out", "stiffness", "sliding_force", "spring_beside", "bounds", "stiffnesses"),
-        *("cycles", "laws", "load", "notes"),
+        *("type=kind", "names=logs", "left", "left_out", "stiffness", "sliding_force", "spring_beside"),
+        *("bounds", "stiffnesses", "cycles", "laws", "load", "notes"),
     )
 
     logs: tuple[LoopLog, ...]
@@ -85,6 +103,7 @@ class HysteresisFit(Pictured):
     laws: tuple[FittedLaw, ...]
     load: float | None = None
     notes: tuple[str, ...] = ()
+    kind: ClassVar[str] = LOOPS
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -186,3 +205,14 @@ def cycles_of(log: LoopLog) -> list[LoopCycle]:
         ratio = work / (2 * np.pi * stiffness * amplitude**2) if stiffness > 0 else np.inf
         rows.append(LoopCycle(log.name, amplitude, len(group), work, stiffness, ratio))
     return rows
+
+
+def loops_of(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """What a saved result says of loops beside its best law, plain values: sliders, cycles, laws by what they leave;
+    nothing of another result."""
+    content = json.loads(Path(path).read_text(encoding="utf-8"))
+    if content.get("type") != LOOPS:
+        return {}
+    said = {key: content[key] for key in ("stiffness", "sliding_force", "spring_beside", "cycles", "notes")}
+    laws = [{"law": law["name"], "left": max(law["left"].values())} for law in content["laws"] if law["left"]]
+    return {**said, "laws": laws, "declaration": content["laws"][0]["declaration"]}

@@ -14,7 +14,7 @@ pytest.importorskip("asammdf")
 
 from recorders import DRIFT, OFFSET, RECORDERS, TRUTH, bench, record
 
-MOST_QUESTIONS = 11
+MOST_QUESTIONS = 13
 TYPED = {
     "roles, units and kinds": "yes",
     "metres per volt": "0.01 ± 0.00002 m/V, 5 V",

@@ -131,7 +131,7 @@ class LoopLog(Tabular):
             away = np.abs(self.force - np.median(self.force))
             return replace(self, turned=bool(away[0] > 0.5 * away.max()))
         if not len(far) or far[0] > len(self.way) // 2:
-            note = f"{self.name} begins with a memory that nobody knows and turns far too late: sliders take it as at rest."
+            note = f"{self.name} begins with a memory that nobody knows and turns late: sliders take it as at rest."
             return replace(self, known=False, notes=(*self.notes, note))
         first = int(far[0])
         note = f"{self.name} begins with a memory that nobody knows: {first} samples up to its first far turn are left."

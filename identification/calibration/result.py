@@ -255,6 +255,17 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
         ) from error
 
 
+def loops_of(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """What a saved result says of loops beside its best law, plain values: sliders, cycles, laws by what they leave;
+    nothing of another result."""
+    content = json.loads(Path(path).read_text(encoding="utf-8"))
+    if content.get("type") != LOOPS:
+        return {}
+    said = {key: content[key] for key in ("stiffness", "sliding_force", "spring_beside", "cycles", "notes")}
+    laws = [{"law": law["name"], "left": max(law["left"].values())} for law in content["laws"] if law["left"]]
+    return {**said, "laws": laws, "declaration": content["laws"][0]["declaration"]}
+
+
 def calibrated_fmu(
     found: Calibration, declaration: str | None = None, *, trust: bool = False, fmi_version: str = "3.0"
 ) -> Fmu:

@@ -115,7 +115,7 @@ def report_calibration(
     json: bool,
 ) -> None:
     """Write the page of a calibration."""
-    from identification.hysteresis.result import loops_of
+    from identification.calibration.result import loops_of
     from identification.report.calibration_page import calibration_findings
 
     with console.warnings_said(), console.progress("reporting") as advance:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -205,14 +202,3 @@ def cycles_of(log: LoopLog) -> list[LoopCycle]:
         ratio = work / (2 * np.pi * stiffness * amplitude**2) if stiffness > 0 else np.inf
         rows.append(LoopCycle(log.name, amplitude, len(group), work, stiffness, ratio))
     return rows
-
-
-def loops_of(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """What a saved result says of loops beside its best law, plain values: sliders, cycles, laws by what they leave;
-    nothing of another result."""
-    content = json.loads(Path(path).read_text(encoding="utf-8"))
-    if content.get("type") != LOOPS:
-        return {}
-    said = {key: content[key] for key in ("stiffness", "sliding_force", "spring_beside", "cycles", "notes")}
-    laws = [{"law": law["name"], "left": max(law["left"].values())} for law in content["laws"] if law["left"]]
-    return {**said, "laws": laws, "declaration": content["laws"][0]["declaration"]}

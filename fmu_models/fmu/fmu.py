@@ -239,8 +239,8 @@ class Fmu(Shown):
         types = (self.variables[f"{name}_state"].declaredType for name in self.contacts)
         if any(contact_kinds.BY_TYPE_NAME[str(type and type.name)].cone for type in types):
             raise StickslipError(
-                f"'{self.description.modelName}' has friction with two directions, which {what} do not know yet. Simulate "
-                "it, or give the friction one slip speed."
+                f"'{self.description.modelName}' has friction with two directions, which {what} do not know yet. "
+                "Simulate it, or give the friction one slip speed."
             )
 
     @cached_property

@@ -8,7 +8,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple, Protocol, Self, overload
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import sympy
 
@@ -223,7 +223,7 @@ class Friction(Contact):
     exchangeable: ClassVar[bool] = True
 
     name: str
-    slip: sympy.Expr
+    slip: Any
     law: Law
     where: sympy.Expr | None = None
     description: str = ""
@@ -231,10 +231,6 @@ class Friction(Contact):
     slip_speed: ContactSymbol = field(init=False)
     sign: ContactSymbol = field(init=False)
 
-    @overload
-    def __new__(cls, *, slip: sympy.Expr, **others: Any) -> Self: ...
-    @overload
-    def __new__(cls, *, slip: tuple[sympy.Expr, sympy.Expr], **others: Any) -> "Cone": ...
     def __new__(cls, **declared: Any) -> Any:
         slip = declared.get("slip")
         return Cone(**declared) if isinstance(slip, (tuple, list, sympy.Tuple)) else super().__new__(cls)

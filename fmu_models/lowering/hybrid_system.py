@@ -101,8 +101,8 @@ class HybridSystem:
         left to the generated code, or friction has two directions."""
         if any(contact.kind.cone for contact in self.contacts):
             raise StickslipError(
-                f"{self.name} has friction with two directions, which other methods than the engine do not know. Simulate "
-                "it, or give the friction one slip speed."
+                f"{self.name} has friction with two directions, which only the engine knows. Simulate it, "
+                "or give the friction one slip speed."
             )
         if self.inertia:
             raise StickslipError(

@@ -45,7 +45,8 @@ def shaken(a: Drive, f: Callable[[float], float], end: float, v: np.ndarray) -> 
     def close(s: float, z: np.ndarray) -> float:
         return np.hypot(z[2], z[3]) - NEAR
 
-    close.terminal, close.direction = True, -1
+    for name, value in (("terminal", True), ("direction", -1)):
+        setattr(close, name, value)
     while True:
         run = solve_ivp(
             flow, (t, end), [*q, *v], "DOP853", events=close, rtol=3e-14, atol=1e-16, max_step=0.05, first_step=1e-7
@@ -60,7 +61,8 @@ def shaken(a: Drive, f: Callable[[float], float], end: float, v: np.ndarray) -> 
         beyond = np.flatnonzero([np.hypot(*a(s)) > f(0.0) for s in span])
         if not len(beyond):
             return q, times
-        t = brentq(lambda s: np.hypot(*a(s)) - f(0.0), span[beyond[0] - 1], span[beyond[0]], xtol=1e-15)
+        onset: Any = brentq(lambda s: np.hypot(*a(s)) - f(0.0), span[beyond[0] - 1], span[beyond[0]], xtol=1e-15)
+        t = float(onset)
         times.append(t)
         # slip along the drive, which it follows closely there; |v|' = |a| - f
         ways, weights = np.polynomial.legendre.leggauss(8)

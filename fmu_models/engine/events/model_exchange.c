@@ -63,7 +63,8 @@ static double leeway(const Run *r, const Jets *j, int c)
 /* the same of a cone: its slip less a small part of a typical one, once it has come to that since it was zero */
 static double watched_cone(Run *r, const Jets *j, int c)
 {
-    const double shift = r->tolerances.importer, slip = j->slip[c][0], small = CONE_LANDING * shift * r->typical_slip[c];
+    const double shift = r->tolerances.importer, slip = j->slip[c][0],
+                 small = CONE_LANDING * shift * r->typical_slip[c];
     if (r->at.state[c] == CONTACT_STICK)
         return j->capacity[c][0] * (1.0 + shift) - hypot(j->force[c + 1][0], j->force[c + 2][0]);
     r->young[c] = r->young[c] && slip <= sqrt(shift) * r->typical_slip[c];
@@ -109,7 +110,8 @@ RunStatus exchange_indicators(Run *r, double *z)
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
         if (model_contact_bounded[c]) z[i++] = watched(r, c, SLOT_NORMAL);
-        if (!model_contact_impulsive[c] && !cone_is_side(c) && (!model_contact_compliant[c] || model_contact_releases[c]))
+        if (!model_contact_impulsive[c] && !cone_is_side(c)
+            && (!model_contact_compliant[c] || model_contact_releases[c]))
             z[i++] = watched(r, c, SLOT_TANGENTIAL);
     }
     return run_check_finite(r, "event indicator", z, MODEL_NI);

@@ -20,7 +20,10 @@ static Real KIND(cone_integral)(const Real *b, Real f, Real G[2][2], const Real 
     for (int step = 0; step < STEPS && PART(x * x + y * y) > END * END; step++) {
         Real kx = 0.0, ky = 0.0, dx = 0.0, dy = 0.0;
         for (int stage = 0; stage < 4; stage++) {
-            const double part = stage == 0 ? 0.0 : stage == 3 ? h : 0.5 * h, weight = stage % 3 == 0 ? h / 6.0 : h / 3.0;
+            const double part = stage == 0   ? 0.0
+                                : stage == 3 ? h
+                                             : 0.5 * h,
+                         weight = stage % 3 == 0 ? h / 6.0 : h / 3.0;
             const Real u = x + part * kx, p = y + part * ky, w = sqrt(u * u + p * p);
             kx = w * b[0] - f * (G[0][0] * u + G[0][1] * p);
             ky = w * b[1] - f * (G[1][0] * u + G[1][1] * p);

@@ -123,8 +123,8 @@ int cone_rise(const Point *at, Jets *j, int k, int c)
         x[0] = n[0];
         y[0] = n[1];
     } else {
-        const Real along = k > 1 ? -0.5 * (KIND(cone_product)(x, x, k, 1, k - 1) + KIND(cone_product)(y, y, k, 1, k - 1))
-                                 : 0.0;
+        const Real along =
+            k > 1 ? -0.5 * (KIND(cone_product)(x, x, k, 1, k - 1) + KIND(cone_product)(y, y, k, 1, k - 1)) : 0.0;
         const Real Gn[2] = {G[0][0] * x[0] + G[0][1] * y[0], G[1][0] * x[0] + G[1][1] * y[0]};
         const Real Gt[2] = {G[0][1] * x[0] - G[0][0] * y[0], G[1][1] * x[0] - G[1][0] * y[0]};
         const double m = k + 1;

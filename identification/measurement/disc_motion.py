@@ -325,9 +325,12 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     solution = np.linalg.lstsq(equations.design, equations.edge, rcond=None)[0]
     residual = equations.design @ solution - equations.edge
     gain, delay = float(solution[0]), float(solution[1])
+    bend, straight = _bend(equations)
     if abs(gain) > GAIN_SUSPECT:
         calibration = usable[0].log.calibration
         advice = resolution_advice(1 + gain, calibration.need("laser"), calibration.need("encoder"))
+        if abs(straight) < GAIN_SUSPECT and (named := calibration.need("laser").bent(*(value for value, _ in bend))):
+            advice = f"what it shows bends with the angle, and {named}."
         raise StickslipError(
             f"Laser and encoder disagree: the encoder shows {1 + gain:.4g} times the motion that the laser shows; "
             f"{advice}"
@@ -342,18 +345,19 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
         *delay_warnings(usable, equations, -residual, steady),
     )
     rms = float(np.sqrt(np.mean(residual**2)))
-    fit = SensorFit(gain, delay, covariance, rms, lines, warnings, bend=_bend(equations))
+    fit = SensorFit(gain, delay, covariance, rms, lines, warnings, bend=bend)
     return [corrected(m, gain, delay) if angle_sensor(m.log) == "laser" else m for m in motions], fit
 
 
-def _bend(equations: EdgeEquations) -> tuple[tuple[float, float], ...]:
-    """How the laser bends against the encoder, by power of the angle, and deviations."""
+def _bend(equations: EdgeEquations) -> tuple[tuple[tuple[float, float], ...], float]:
+    """How the laser bends against the encoder, by power of the angle, and deviations; its gain beside that."""
     tangent = equations.design[:, 0]
     powers = [-(np.arctan(tangent) ** power) * np.sqrt(1 + tangent**2) for power in BENDS]
     design = np.column_stack([*powers, equations.design])
     solution = np.linalg.lstsq(design, equations.edge, rcond=None)[0]
     covariance = clustered_covariance(design, design @ solution - equations.edge, equations.line)
-    return tuple(zip(solution.tolist(), np.sqrt(np.diag(covariance)).tolist(), strict=True))[: len(BENDS)]
+    values = tuple(zip(solution.tolist(), np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    return values[: len(BENDS)], float(solution[len(BENDS)])
 
 
 def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:

@@ -86,8 +86,11 @@ class Pool(Shown):
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Sentences on how two discs touch; none for one disc."""
-        return () if len(self.contacts) == 1 else (_ASSUMED[self.arrangement], "each disc has a law of its own")
+        """Sentences on what the laser sees, and on how two discs touch."""
+        lasers = (m.log.calibration.laser for m in self.motions if angle_sensor(m.log) == "laser")
+        seen = dict.fromkeys(laser.words for laser in lasers if laser)
+        touch = (_ASSUMED[self.arrangement], "each disc has a law of its own") if len(self.contacts) > 1 else ()
+        return (*seen, *touch)
 
     @property
     def natural_period(self) -> float:

@@ -28,13 +28,16 @@ from fmu_models.language.quantities import Coordinate, Parameter
 from identification.calibration.calibrate import calibrate
 from identification.calibration.log import ModelLog
 from identification.calibration.result import Calibration
+from identification.hysteresis.loop import scatter
 from identification.hysteresis.read import columns_by_role, numbers_by_role
 from rig_io.readers import read_table
 
 ROLES = {"time": r"t(ime)?|zeit", "angle": r"angle|theta|phi|winkel|q|x|y|pos\w*|disp\w*|encoder"}
 FLOOR = 0.02  # of the largest swing: smaller ones are noise
 FEWEST = 4  # half cycles
+NOISES, BENT = 3.0, 2e-3  # of the noise: what is left that is said; change of a period with the amplitude
 FALLEN = 0.8  # of the first swing: the last of a decay is smaller
+HELD = 1.1  # times a half cycle: a first one that was held before
 GROWS = 1.02  # times the swing before: one that is driven
 MOST = 2000  # samples of a decay
 RATES = ("f", "c", "b")
@@ -115,6 +118,8 @@ def fit_decays(
         attempts=1,
         progress=progress,
     )
+    said = [note for name, time, angle in decays for note in _unlike(name, time, angle, found, pendulum)]
+    found = replace(found, warnings=(*found.warnings, *said))
     return replace(found, title=f"Decay of {', '.join(log.name for log in seen)}: friction over inertia")
 
 
@@ -164,10 +169,37 @@ def _falling(time: np.ndarray, angle: np.ndarray) -> list[tuple[int, int]]:
         if last - first < FEWEST or swings[last - 1] > FALLEN * swings[first]:
             continue
         end = len(angle) if last == len(swings) else int(peaks[last - 1])
-        period = 2 * float(np.median(np.diff(time[peaks[first : last + 1]])))
-        rests = np.searchsorted(time, time[peaks[min(last, len(peaks) - 1)]] + 2 * period)
-        parts.append((int(peaks[first]), min(end, int(rests))))
+        halves = np.diff(time[peaks[first : last + 1]])
+        half = float(np.median(halves))
+        rests = np.searchsorted(time, time[peaks[min(last, len(peaks) - 1)]] + 4 * half)
+        # what drives or holds it may do so until within the first swing
+        led = first > 0 or halves[0] > HELD * half
+        parts.append((int(peaks[first + led]), min(end, int(rests))))
     return parts
+
+
+def _unlike(name: str, time: np.ndarray, angle: np.ndarray, found: Calibration, pendulum: bool) -> list[str]:
+    """What in a decay, (n,) s and rad, such an oscillator cannot do."""
+    left = max(line.rms for line in found.residuals if line.log == name)
+    noise = max(scatter(angle), float(np.min(np.abs(np.diff(np.unique(angle))), initial=np.inf)) / np.sqrt(12))
+    if left < NOISES * noise:
+        return []
+    away = angle - found.values["zero"]
+    before = np.flatnonzero(away[:-1] * away[1:] < 0)
+    through = time[before] - away[before] * (time[before + 1] - time[before]) / (away[before + 1] - away[before])
+    swings = np.array([np.abs(away[a : b + 1]).max() for a, b in pairwise(before)])
+    large = swings > np.sqrt(FLOOR) * np.max(swings, initial=0.0)
+    said = f"{name} leaves {left:.2g} rad, its noise alone {noise:.2g}: no interval knows of that."
+    if large.sum() < FEWEST:
+        return [said]
+    # a half cycle of amplitude A lasts longer by A^2/16 under gravity
+    slope, rest = np.polyfit(swings[large] ** 2, np.diff(through)[large], 1)
+    longer = 16 * slope / rest - pendulum
+    if abs(longer) * np.max(swings) ** 2 / 16 < BENT:
+        return [f"{said} Its period is that of the amplitude: look at the friction, at pushes, at the sensor."]
+    if not pendulum and 0.7 < longer < 1.3:
+        return [f"{said} Its period grows with the amplitude as gravity has it: say --pendulum."]
+    return [f"{said} Its spring {'softens' if longer > 0 else 'stiffens'} with the angle; start from smaller swings."]
 
 
 def _first(time: np.ndarray, angle: np.ndarray) -> dict[str, float]:

@@ -72,6 +72,7 @@ def identify_hysteresis(
         fitted.append(_fitted(LAWS[name], read, others, spectrum, load))
         progress(0.2 + 0.8 * (number + 1) / len(laws))
     notes = [note for log in (*read, *others) for note in log.notes]
+    least = {log.name: min((law.left[log.name] for law in fitted if not law.why), default=np.inf) for log in read}
     return HysteresisFit(
         logs=tuple(read),
         held_out=tuple(others),
@@ -81,7 +82,7 @@ def identify_hysteresis(
         cycles=tuple(cycle for log in read for cycle in cycles_of(log)),
         laws=tuple(sorted(fitted, key=lambda law: law.worst)),
         load=load,
-        notes=(*notes, *verdicts(read, spectrum, varied)),
+        notes=(*notes, *verdicts(read, spectrum, varied, least)),
     )
 
 

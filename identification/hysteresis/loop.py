@@ -88,9 +88,8 @@ class LoopLog(Tabular):
 
     @property
     def noise(self) -> float:
-        """Standard deviation of what neighbours in the way do not share, m: by third differences, robust."""
-        third = np.diff(self.way, 3)
-        return 1.4826 * float(np.median(np.abs(third - np.median(third)))) / np.sqrt(20) if len(third) else 0.0
+        """Standard deviation of what neighbours in the way do not share, m."""
+        return scatter(self.way)
 
     def smooth(self) -> LoopLog:
         """The log with a way free of noise, by parabolas over a twelfth of a cycle; itself where nothing is gained."""
@@ -136,6 +135,12 @@ class LoopLog(Tabular):
         columns = {name: getattr(self, name) for name in ("way", "force", "time", "load")}
         chosen = slice(first, last, stride)
         return replace(self, **{name: None if v is None else v[chosen] for name, v in columns.items()})
+
+
+def scatter(values: np.ndarray) -> float:
+    """Standard deviation of what neighbours in values (n,) do not share: by third differences, robust."""
+    third = np.diff(values, 3)
+    return 1.4826 * float(np.median(np.abs(third - np.median(third)))) / np.sqrt(20) if len(third) else 0.0
 
 
 def stops(log: LoopLog, bound: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:

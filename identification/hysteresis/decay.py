@@ -35,7 +35,8 @@ from rig_io.readers import read_table
 ROLES = {"time": r"t(ime)?|zeit", "angle": r"angle|theta|phi|winkel|q|x|y|pos\w*|disp\w*|encoder"}
 FLOOR = 0.02  # of the largest swing: smaller ones are noise
 FEWEST = 4  # half cycles
-NOISES, BENT = 3.0, 2e-3  # of the noise: what is left that is said; change of a period with the amplitude
+NOISES, WHITE = 3.0, 1e-6  # of the noise: what is left that is said; or the chance of its colour
+BENT = 2e-3  # of a period: its change with the amplitude that is said
 FALLEN = 0.8  # of the first swing: the last of a decay is smaller
 HELD = 1.1  # times a half cycle: a first one that was held before
 GROWS = 1.02  # times the swing before: one that is driven
@@ -180,23 +181,26 @@ def _falling(time: np.ndarray, angle: np.ndarray) -> list[tuple[int, int]]:
 
 def _unlike(name: str, time: np.ndarray, angle: np.ndarray, found: Calibration, pendulum: bool) -> list[str]:
     """What in a decay, (n,) s and rad, such an oscillator cannot do."""
-    left = max(line.rms for line in found.residuals if line.log == name)
+    line = next(line for line in found.residuals if line.log == name)
     noise = max(scatter(angle), float(np.min(np.abs(np.diff(np.unique(angle))), initial=np.inf)) / np.sqrt(12))
-    if left < NOISES * noise:
+    if line.rms < NOISES * noise and line.chance > WHITE:
         return []
     away = angle - found.values["zero"]
     before = np.flatnonzero(away[:-1] * away[1:] < 0)
     through = time[before] - away[before] * (time[before + 1] - time[before]) / (away[before + 1] - away[before])
     swings = np.array([np.abs(away[a : b + 1]).max() for a, b in pairwise(before)])
     large = swings > np.sqrt(FLOOR) * np.max(swings, initial=0.0)
-    said = f"{name} leaves {left:.2g} rad, its noise alone {noise:.2g}: no interval knows of that."
+    said = (
+        f"{name} leaves {line.rms:.3g} rad, for its noise of {noise:.3g}, and not by chance: values may be off by more "
+        "than their intervals."
+    )
     if large.sum() < FEWEST:
         return [said]
     # a half cycle of amplitude A lasts longer by A^2/16 under gravity
     slope, rest = np.polyfit(swings[large] ** 2, np.diff(through)[large], 1)
     longer = 16 * slope / rest - pendulum
     if abs(longer) * np.max(swings) ** 2 / 16 < BENT:
-        return [f"{said} Its period is that of the amplitude: look at the friction, at pushes, at the sensor."]
+        return [f"{said} Look at friction that is larger at rest or uneven, at pushes, at the sensor."]
     if not pendulum and 0.7 < longer < 1.3:
         return [f"{said} Its period grows with the amplitude as gravity has it: say --pendulum."]
     return [f"{said} Its spring {'softens' if longer > 0 else 'stiffens'} with the angle; start from smaller swings."]

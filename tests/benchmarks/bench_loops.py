@@ -152,7 +152,7 @@ def words(notes: Sequence[str], usual: Sequence[str]) -> list[str]:
 
 
 def faults(asked: argparse.Namespace) -> None:
-    usual: list[str] = []
+    usual: list[str] | None = None
     truth = (4e5, 350.0)
     for name, fault in FAULTS.items():
         if asked.only and name != "none" and not any(one in name for one in asked.only):
@@ -161,7 +161,7 @@ def faults(asked: argparse.Namespace) -> None:
         log = loop_log(record_loop(bench, seed=asked.seed), clock=asked.clock)
         fit = identify_hysteresis(log, laws=["MaxwellSlip-2"])
         notes = [*fit.notes, *(f"law: {note}" for law in fit.laws for note in (*law.notes, law.why) if note)]
-        usual = usual or notes
+        usual = notes if usual is None else usual
         spectrum = 100 * (fit.stiffness / truth[0] - 1), 100 * (fit.sliding_force / truth[1] - 1)
         off, said = "-", ""
         if fit.laws and not fit.laws[0].why:
@@ -189,7 +189,7 @@ def decays(asked: argparse.Namespace) -> None:
             made = write_recorded(Path(folder) / "d", [record_decay(bench, seed=seed)], title="")
             return fit_decays(made / "decay.csv")
 
-    usual: list[str] = []
+    usual: list[str] | None = None
     for name, fault in SWINGS.items():
         if asked.only and name != "none" and not any(one in name for one in asked.only):
             continue
@@ -201,7 +201,7 @@ def decays(asked: argparse.Namespace) -> None:
             values, true = np.array([fit[one].value for one in truth]), np.array(list(truth.values()))
             rows.append((values - true, (ends[:, 0] <= true) & (true <= ends[:, 1])))
             notes += [*fit.warnings, *fit.directions]
-        usual = usual or notes
+        usual = notes if usual is None else usual
         error, held = (np.array(part) for part in zip(*rows, strict=True))
         off = ", ".join(
             f"{one} {100 * e / true:+.1f} % ({100 * h:.0f} % hold)"

@@ -260,6 +260,11 @@ def load_factor(motion: DiscMotion, force: float) -> np.ndarray:
     return np.ones(len(motion.time)) if motion.loads is None else motion.loads[0] / force
 
 
+def warmth(motion: DiscMotion) -> np.ndarray:
+    """Temperature (n,) over its mean in all logs, K; zeros where it is not recorded."""
+    return np.zeros(len(motion.time)) if motion.warmer is None else motion.warmer
+
+
 def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: float) -> list[Whereabouts]:
     """Where drive and body stood at the samples of each segment, (m,) each. force: N, mean of a load cell."""
     motions = {id(segment.motion): segment.motion for segment in segments}
@@ -270,7 +275,8 @@ def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: flo
         speed = np.gradient(segment.angle, segment.motion.step)
         seen = Whereabouts.seen(time, log, time[inside], segment.angle, speed)
         drive, load = turned[id(segment.motion)][inside], load_factor(segment.motion, force)[inside]
-        places.append(replace(seen, turned=drive, load=load, side=segment.sign * seen.side))
+        warmer = warmth(segment.motion)[inside]
+        places.append(replace(seen, turned=drive, load=load, side=segment.sign * seen.side, warmer=warmer))
     return places
 
 
@@ -284,7 +290,19 @@ def regress(
     """`reduced`, and its solution."""
     problem, limits = reduced(ready, law, equations, window, options), options.given
     solution = solve(problem, limits.start(problem), fixed=limits.fixed(problem), progress=options.progress)
-    return problem, solution
+    build = problem.rebuild
+    if build is None or not any(term.prior for term in problem.terms):
+        return problem, solution
+    # what is known beforehand weighs against residuals of unit variance
+    left = solution.evaluation.residual
+    deviation = float(np.sqrt(left @ left / (len(left) - len(solution.values))))
+
+    def scaled(moved: Mapping[str, float]) -> Regression:
+        these = build(moved)
+        return replace(these, whiten=tuple(rows / deviation for rows in these.whiten))
+
+    problem = replace(problem, regression=scaled({}), rebuild=scaled)
+    return problem, solve(problem, solution.values, fixed=limits.fixed(problem), progress=options.progress)
 
 
 def reduced(ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options) -> RegressionProblem:

@@ -14,6 +14,7 @@ so that a way that turns ends the yielding, and nothing else of the engine knows
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import sympy
@@ -101,7 +102,7 @@ class Hysteresis(Contact):
         """The law; one of friction along the way."""
         return self.law.lowered if isinstance(self.law, HysteresisLaw) else OfSlip(self.law)
 
-    @property
+    @cached_property
     def speed(self) -> Expr:
         """x', from velocities and rates of inputs."""
         way: Any = sympy.sympify(self.way)

@@ -11,36 +11,26 @@ decays: both of decays.
 from __future__ import annotations
 
 import argparse
+import sys
+import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from identification.hysteresis.decay import fit_decays
-from identification.hysteresis.identify import identify_hysteresis
-from identification.hysteresis.loop import LoopLog
-from identification.hysteresis.result import HysteresisFit
-from rig_io.bench.joint import JointBench, record_loop
-from rig_io.bench.settings import Recorded, write_recorded
-from rig_io.bench.swing import SwingBench, record_decay
+sys.path[:0] = [str(Path(__file__).parents[1] / "helpers")]
 
-LAWS: Mapping[str, tuple[str, Mapping[str, float]]] = {
-    "MaxwellSlip-2": ("MaxwellSlip(k=[3e5, 1e5], D=[5e-4, 2e-3])", {"k_1": 3e5, "k_2": 1e5, "D_1": 5e-4, "D_2": 2e-3}),
-    "MaxwellSlip-4": (
-        "MaxwellSlip(k=[2e5, 1e5, 6e4, 4e4], D=[3e-4, 8e-4, 1.8e-3, 3.5e-3])",
-        {f"k_{i}": k for i, k in enumerate((2e5, 1e5, 6e4, 4e4), 1)}
-        | {f"D_{i}": d for i, d in enumerate((3e-4, 8e-4, 1.8e-3, 3.5e-3), 1)},
-    ),
-    "Dahl": ("Dahl(sigma=3e5, F_c=300)", {"sigma": 3e5, "F_c": 300.0}),
-    "BoucWen-1": ("BoucWen(k=3e5, beta=600, gamma=400, n=1)", {"k": 3e5, "beta": 600.0, "gamma": 400.0}),
-    "Iwan4": (
-        "Iwan4(F_S=300, K_T=3e5, chi=-0.4, beta=0.6, sliders=8)",
-        {"F_S": 300.0, "K_T": 3e5, "chi": -0.4, "beta_S": 0.6},
-    ),
-}
-NOISY = {"noise_way": 1e-3, "noise_force": 1e-3}
+from loop_benches import LAWS, NOISY, holding, loop_log  # noqa: E402
+
+from identification.hysteresis.decay import fit_decays  # noqa: E402
+from identification.hysteresis.identify import identify_hysteresis  # noqa: E402
+from rig_io.bench.joint import JointBench, record_loop  # noqa: E402
+from rig_io.bench.settings import write_recorded  # noqa: E402
+from rig_io.bench.swing import SwingBench, record_decay  # noqa: E402
+
 # of a joint with a stiffness of 4e5 N/m that slides under 350 N, over 5 mm; a fault each
 FAULTS: Mapping[str, Mapping[str, Any]] = {
     "none": {},
@@ -89,28 +79,6 @@ SWINGS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-def loop_log(recorded: Recorded, *, clock: bool = False) -> LoopLog:
-    """A log in SI as it would be read."""
-    columns = recorded.columns
-    return LoopLog(recorded.name, columns["way"], columns["force"], columns["time"] if clock else None)
-
-
-def holding(fit: HysteresisFit, name: str, truth: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """By parameter, error over deviation, and whether the interval holds the truth; sliders by their bounds."""
-    law = next(one for one in fit.laws if one.name == name)
-    assert law.calibration is not None, law.why
-    names = list(truth)
-    if name.startswith("MaxwellSlip"):
-        count = len(names) // 2
-        order = sorted(range(1, count + 1), key=lambda i: law.values[f"D_{i}"])
-        names = [f"{what}_{i}" for what in "kD" for i in order]
-    values = np.array([law.values[one] for one in names])
-    ends = np.array([law.calibration.interval(one) for one in names])
-    expected = np.array(list(truth.values()))
-    half = (ends[:, 1] - ends[:, 0]) / 2 / 1.96
-    return (values - expected) / half, (ends[:, 0] <= expected) & (expected <= ends[:, 1])
-
-
 def coverage(asked: argparse.Namespace, **more: Any) -> None:
     for name, (law, truth) in LAWS.items():
         if asked.only and name not in asked.only:
@@ -157,7 +125,7 @@ def faults(asked: argparse.Namespace) -> None:
     for name, fault in FAULTS.items():
         if asked.only and name != "none" and not any(one in name for one in asked.only):
             continue
-        bench = replace(JointBench(), **(NOISY | {"noise_way": 2e-4} | fault))
+        bench = replace(JointBench(), **(NOISY | {"noise_way": 2e-4} | dict(fault)))
         log = loop_log(record_loop(bench, seed=asked.seed), clock=asked.clock)
         fit = identify_hysteresis(log, laws=["MaxwellSlip-2"])
         notes = [*fit.notes, *(f"law: {note}" for law in fit.laws for note in (*law.notes, law.why) if note)]
@@ -179,9 +147,6 @@ def faults(asked: argparse.Namespace) -> None:
 
 
 def decays(asked: argparse.Namespace) -> None:
-    import tempfile
-    from pathlib import Path
-
     truth = {"w0": 5.0, "f": 0.12, "c": 0.06, "b": 0.04}
 
     def fitted(bench: SwingBench, seed: int) -> Any:
@@ -193,13 +158,14 @@ def decays(asked: argparse.Namespace) -> None:
     for name, fault in SWINGS.items():
         if asked.only and name != "none" and not any(one in name for one in asked.only):
             continue
-        rows, begun, notes = [], time.process_time(), []
+        rows, begun, notes, left = [], time.process_time(), [], 0.0
         count = asked.seeds if name == "none" else min(asked.seeds, 3)
         for seed in range(count):
             fit = fitted(replace(SwingBench(noise=1e-3, zero=0.01), **fault), seed)
             ends = np.array([fit.interval(one) for one in truth])
             values, true = np.array([fit[one].value for one in truth]), np.array(list(truth.values()))
             rows.append((values - true, (ends[:, 0] <= true) & (true <= ends[:, 1])))
+            left = max(line.rms for line in fit.residuals)
             notes += [*fit.warnings, *fit.directions]
         usual = notes if usual is None else usual
         error, held = (np.array(part) for part in zip(*rows, strict=True))
@@ -209,7 +175,6 @@ def decays(asked: argparse.Namespace) -> None:
         )
         said = " | ".join(dict.fromkeys(words(notes, usual))) or "SILENT"
         cpu = (time.process_time() - begun) / count
-        left = max(line.rms for line in fit.residuals)
         print(f"{name}: {off}; left {1e3 * left:.2f} mrad; {said}; {cpu:.1f} s each", flush=True)
 
 

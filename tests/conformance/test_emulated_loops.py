@@ -6,24 +6,20 @@ All faults, and how often intervals hold: tests/benchmarks/bench_loops.py.
 from __future__ import annotations
 
 import re
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from loop_benches import LAWS, NOISY, holding, loop_log
 
-sys.path[:0] = [str(Path(__file__).parents[1] / "benchmarks")]
+from identification import fit_decays, identify_hysteresis
+from rig_io.bench.joint import JointBench, record_loop
+from rig_io.bench.settings import write_recorded
+from rig_io.bench.swing import SwingBench, record_decay
 
-from bench_loops import LAWS, NOISY, holding, loop_log  # noqa: E402
-
-from identification import fit_decays, identify_hysteresis  # noqa: E402
-from rig_io.bench.joint import JointBench, record_loop  # noqa: E402
-from rig_io.bench.settings import write_recorded  # noqa: E402
-from rig_io.bench.swing import SwingBench, record_decay  # noqa: E402
-
-SEEN = JointBench(**NOISY | {"noise_way": 2e-4})  # type: ignore[arg-type]  # its numbers, by name
+SEEN = replace(JointBench(), **{**NOISY, "noise_way": 2e-4})
 
 
 def notes_of(**fault: Any) -> str:
@@ -34,7 +30,7 @@ def notes_of(**fault: Any) -> str:
 @pytest.mark.parametrize("name", LAWS)
 def test_a_law_with_noise_of_the_way_is_found(name: str) -> None:
     law, truth = LAWS[name]
-    fit = identify_hysteresis(loop_log(record_loop(JointBench(law=law, **NOISY), seed=1)), laws=[name])  # type: ignore[arg-type]
+    fit = identify_hysteresis(loop_log(record_loop(JointBench(law=law, **NOISY), seed=1)), laws=[name])
     z, _ = holding(fit, name, truth)
     assert np.abs(z).max() < 4
     assert not any("Sliders leave" in note for note in fit.notes)

@@ -67,7 +67,7 @@ static int watches_function(const Run *r, const Jets *j, int c)
  */
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX - MODEL_NE; i++) { /* elements of arrays go with their way */
         const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
         if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) /* not a number does not vanish */
             return 0;
@@ -208,7 +208,7 @@ static double shorter_length(double length, const double *x, int m, int order, A
 static double state_length(const Jets *j, int order, Ask ask)
 {
     double length = INFINITY;
-    for (int i = 0; i < MODEL_NX; i++)
+    for (int i = 0; i < MODEL_NX - MODEL_NE; i++)
         length = shorter_length(length, j->x[i], 0, order, ask);
     return length;
 }

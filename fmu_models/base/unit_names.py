@@ -36,6 +36,9 @@ _TOKEN = re.compile(
 # what pint does not take as a name; U/min on German recorders is turns, where pint means units of an enzyme
 _NAMES = {"%": "percent", "°": "degree", "°C": "degC", "°F": "degF", "U": "turn"}
 
+_TEMPERATURE = re.compile(r"(?:°|deg(?:rees?)?_?)? ?([CF])(?:elsius|ahrenheit)?", re.IGNORECASE)
+_SCALES = {"c": (1.0, 273.15), "f": (5 / 9, 459.67 * 5 / 9)}  # kelvin of one degree, and at zero
+
 # how to state an angle or its rate: 1/min, Hz and 1 may count turns as well as radians
 _ANGLES = {"rad": "rad, deg or turn", "rad/s": "rad/s, deg/s, turn/s or rpm"}
 _DEGREE_OR_GON = re.compile(r"\b[gG]rad\b")
@@ -130,6 +133,17 @@ def conversion(unit: str, expected: str, where: str) -> float:
     if expected in _ANGLES and not counts_angles:
         raise StickslipError(f"{where} is in '{unit}', which counts radians or whole turns. Write {expectation}.")
     return factor
+
+
+def scale_of(unit: str, expected: str, where: str) -> tuple[float, float]:
+    """Factor and zero from one unit to another: those of a temperature differ in both, and °C may be written as C.
+    Errors as in `conversion`.
+
+    >>> scale_of("degC", "K", "room")
+    (1.0, 273.15)
+    """
+    degrees = _TEMPERATURE.fullmatch(unit) if expected == "K" else None
+    return _SCALES[degrees[1].lower()] if degrees else (conversion(unit, expected, where), 0.0)
 
 
 def _cached(compute: Callable[[], Any], *units: str) -> Any:

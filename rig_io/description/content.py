@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_models.base.errors import StickslipError
+from fmu_models.base.unit_names import scale_of
 from rig_io.logs.columns import COLUMNS
 from rig_io.logs.stamps import DAY
 from rig_io.repair.counters import unwrapped
@@ -15,6 +17,7 @@ from rig_io.repair.plausible import FASTEST_CLOCK, SLOWEST_CLOCK
 
 SAMPLE = 200_000  # rows that are looked at
 STEADY = 0.05  # of the mean: a drive's speed stays as near to it
+DEGREES = (("degC", -30.0, 150.0), ("K", 230.0, 450.0))  # what temperatures of a rig are in, by their size
 SWINGS = 3  # turns back that a movement must show
 
 
@@ -106,6 +109,7 @@ def evidence(content: Features | None, unit: str | None, stamp: bool) -> Mapping
         "tachometer": _body_speed(content, unit, "rad/s"),
         "vibrometer": _body_speed(content, unit, "m/s"),
         **dict.fromkeys(("load0", "load1"), _load(content, unit)),
+        "temperature": _temperature(content, unit),
         "trigger": _trigger(content),
     }
 
@@ -214,6 +218,18 @@ def _load(f: Features, unit: str | None) -> RoleEvidence:
     if fits is False:
         return RoleEvidence(0.0, f"is in {unit}")
     return RoleEvidence(0.6 if fits else 0.1, "a force by its unit" if fits else "could be anything", unit)
+
+
+def _temperature(f: Features, unit: str | None) -> RoleEvidence:
+    middle = float(np.median(f.value))
+    if unit is None or unit in ("", "1", "-"):
+        guess = next((name for name, low, high in DEGREES if low < middle < high), None)
+        return RoleEvidence(0.2 if guess else 0.1, f"is about {middle:.3g}", guess)
+    try:
+        scale_of(unit, "K", "")
+    except StickslipError:
+        return RoleEvidence(0.0, f"is in {unit}")
+    return RoleEvidence(0.8, "a temperature by its unit", unit)
 
 
 def _trigger(f: Features) -> RoleEvidence:

@@ -10,7 +10,7 @@ from typing import Any
 from fmu_models.base.errors import StickslipError, nearest, refuse_unknown
 from fmu_models.base.files import write_whole
 from fmu_models.base.registry import Reference
-from fmu_models.base.unit_names import conversion
+from fmu_models.base.unit_names import scale_of
 from rig_io.description import quantities
 from rig_io.description.answers import INSTRUMENTS, LASER_NOISE, SPEED, Answers
 from rig_io.description.example import example_of, free_decay, log_paths, package_at
@@ -172,7 +172,7 @@ def unit_fault(column: Proposal) -> str:
     if column.role == "laser" and metres(column.unit):
         return ""
     try:
-        conversion(column.unit, COLUMNS[column.role].unit, f"Column '{column.name}' ({column.role})")
+        scale_of(column.unit, COLUMNS[column.role].unit, f"Column '{column.name}' ({column.role})")
     except StickslipError as error:
         return str(error)
     return ""

@@ -15,6 +15,9 @@ _ENCODER = (
     r"|ticks?\b|inc\b"
 )
 _SPEED = r"speed|drehzahl|geschwind|vitesse|veloc|rpm|omega|winkelgeschw|u min|tacho"
+_NORMAL = r"normal|\bf ?n\d?\b|^n\b|anpress|presskraft|preload|clamp"
+_ACROSS = r"friction|reib|frott|attrit|rozam|tangent|\bf ?[tr]\b"  # a force along the border, which is no normal force
+_WARM = r"temp(?!s\b|o)|thermo|celsius|fahrenheit|\bpt ?100\d?\b|^t (room|raum|amb|disc|cont|sens|oil|\d)"
 _EDGE = r"edge|flank|front|flanc|flanco|fronte"
 _WORDS: tuple[tuple[str, str, float], ...] = (
     (
@@ -28,7 +31,10 @@ _WORDS: tuple[tuple[str, str, float], ...] = (
     ("angle", r"angle|winkel|angol|angul|theta|phi\b|rotation|verdreh", CLEAR),
     ("tachometer", r"tacho|tachymet|tachimet|tacomet|gyro|kreisel|giroscop", CLEAR),
     ("vibrometer", r"vibromet|doppler|\bldv\b", CLEAR + 0.1),
-    ("load", r"load|kraft|force|forza|fuerza|last\b|charge|carico|carga|normal|waage|kmd|dms", CLEAR),
+    ("load", r"load|kraft|force|forza|fuerza|last\b|charge|carico|carga|waage|kmd|dms", CLEAR),
+    ("load", _NORMAL, CLEAR + 0.1),
+    ("temperature", _WARM, CLEAR + 0.1),
+    ("temperature", r"^t$", FAINT),
     ("trigger", r"trigger|sync|synchron|declench|disparo|innesco|marke", CLEAR),
 )
 ROWS = re.compile(r"^(unnamed \d+|index|nr|no|row|zeile|ligne|riga|fila|sample|lfd ?nr)$")
@@ -70,6 +76,10 @@ def named(name: str) -> dict[str, float]:
         weights[f"drive{disc}_speed"] = FAINT
     if "encoder_count" in weights:
         weights.pop("angle", None)
+    if weights.get("temperature", 0.0) > FAINT:
+        weights = {"temperature": weights["temperature"]}
+    if re.search(_ACROSS, text) and not re.search(_NORMAL, text):
+        weights = {"friction": FAINT}  # no role of a column, and so a word against any
     return weights
 
 

@@ -70,7 +70,17 @@ def _on_clock(column: Proposal, clock: Proposal | None) -> Proposal:
 
 
 # roles that numbers alone may suggest
-_BY_CONTENT = ("time", "encoder_count", "drive0_count", "drive0_speed", "laser", "angle", "encoder_edge_time", "load0")
+_BY_CONTENT = (
+    "time",
+    "encoder_count",
+    "drive0_count",
+    "drive0_speed",
+    "laser",
+    "angle",
+    "encoder_edge_time",
+    "load0",
+    "temperature",
+)
 
 
 def _assigned(

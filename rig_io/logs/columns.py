@@ -41,6 +41,7 @@ COLUMNS: dict[str, LogColumn] = {
         LogColumn("vibrometer", "m/s", "speed of the disc's border by a vibrometer, that of R sin(angle)"),
         LogColumn("load0", "N", "normal force of driving disc 0 by a load cell"),
         LogColumn("load1", "N", "normal force of driving disc 1 by a load cell"),
+        LogColumn("temperature", "K", "temperature of the contact, or of what is near it"),
         LogColumn("trigger", "1", "a mark that two recorders share; it joins their clocks"),
     )
 }

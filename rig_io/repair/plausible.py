@@ -15,6 +15,7 @@ TURN = np.pi  # rad; the spring of the disc is wound no further
 SLOWEST_CLOCK = 0.5  # s between samples: the disc swings in less than a second
 FASTEST_CLOCK = 2e-6  # s; half a megahertz
 LARGEST_RADIUS = 5.0  # m
+COLDEST, HOTTEST = 120.0, 2000.0  # K, of a rig
 
 
 def check_sizes(source: str, columns: Mapping[str, np.ndarray]) -> None:
@@ -48,6 +49,11 @@ def check_sizes(source: str, columns: Mapping[str, np.ndarray]) -> None:
                     "Revolutions per minute or degrees per second in a column of rad/s? State the unit in which it is "
                     "written ('rpm', 'deg/s')."
                 )
+        elif name == "temperature" and not COLDEST < float(np.nanmedian(values)) < HOTTEST:
+            raise StickslipError(
+                f"{source}: 'temperature' is about {float(np.nanmedian(values)):.4g} K, which no rig is. Degrees "
+                "Celsius in a column of kelvin? State the unit in which it is written ('degC')."
+            )
 
 
 def check_radius(where: str, name: str, radius: float) -> None:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.unit_names import conversion
+from fmu_models.base.unit_names import scale_of
 from rig_io.logs.columns import ANGLE_SOURCES, COLUMNS, TIME, LogColumn, metres
 from rig_io.logs.table import Table
 from rig_io.repair.clock import SHORTEST, check_repairs, mended
@@ -131,7 +131,8 @@ def _in_unit(table: Table, column: LogColumn, values: np.ndarray, unit: str | No
         )
     if unit == column.unit or (column.unit == "1" and unit in COUNTED):
         return values
-    return values * conversion(unit, column.unit, f"{table.source}: column '{column.name}'")
+    factor, zero = scale_of(unit, column.unit, f"{table.source}: column '{column.name}'")
+    return values * factor + zero
 
 
 def check_edges(table: Table, columns: Mapping[str, np.ndarray], breaks: Sequence[int]) -> None:

@@ -40,6 +40,7 @@ N = Parameter("N", 1.0, "N", "normal force", positive=True)
 mu = Parameter("mu", 0.1, "1", "friction", minimum=0)
 F_S = Parameter("F_S", 1.5, "N", "sliding force", positive=True)
 K_T = Parameter("K_T", 3.0, "N/m", "stiffness", positive=True)
+L = Parameter("L", 1.0, "m", "unit of length")
 x = Coordinate("x", "m", "displacement", velocity="v")
 
 
@@ -91,7 +92,7 @@ def test_arrays_on_two_ways_beside_bristles_keep_their_own_sliders() -> None:
         law=LuGre(steady=Coulomb(N=N, mu=mu), sigma0=sympy.Float(3.0), sigma1=sympy.S.Zero),
     )  # fmt: skip
     contacts = [
-        Hysteresis(name=name, way=way, law=MaxwellSlip(k=law[0], D=law[1]), load=1 + W**2 if name == "b" else 1)
+        Hysteresis(name=name, way=way, law=MaxwellSlip(k=law[0], D=law[1]), load=1 + (W / L) ** 2 if name == "b" else 1)
         for name, way, law in (("a", U, first), ("b", W - U / 2, other))
     ]
     one, two = drawn_way(3), drawn_way(4)
@@ -152,6 +153,23 @@ def test_derivatives_of_many_sliders_are_those_of_differences() -> None:
         differences = [(near[0][n][-1] - near[1][n][-1]) / (2 * step) for n in recorded]
         assert run.derivative[0, :, column] == pytest.approx(differences, abs=5e-7, rel=1e-6)
     assert np.abs(run.derivative).max() > 0.1
+
+
+def test_sliders_that_yield_together_keep_derivatives_of_their_own() -> None:
+    """F = 2 D_1 + 3 D_2 + 5 z_3 beyond bounds that are equal, whoever yields first for a neighbour."""
+    bounds = [Parameter(f"D{i}", value, "m", "bound", positive=True) for i, value in ((1, 0.25), (2, 0.25), (3, 2.0))]
+    held = Hysteresis(name="h", way=x, law=MaxwellSlip(k=[2.0, 3.0, 5.0], D=bounds))
+    declared = Mechanism(
+        name="together",
+        title="three sliders",
+        source="test",
+        coordinates=[x],
+        kinetic_energy=m * x.v**2 / 2,
+        contacts=[held],
+    )
+    with SensitiveRun(load(declared), by=["D1", "D2", "v"], recorded=["h_force", "x"]) as kept:
+        run = kept.run([1e-4], parameters={"m": 1e9}, start={"v": 1e4})
+    assert run.derivative[0, 0] == pytest.approx([2.0, 3.0, 5e-4], abs=1e-6)
 
 
 def test_code_of_many_sliders_is_that_of_few() -> None:

@@ -24,7 +24,8 @@ NAMES = {
     "drive0_count": ["Impulse Antrieb", "motor encoder", "codeur moteur", "encoder azionamento"],
     "drive0_speed": ["Antrieb Drehzahl", "motor speed", "vitesse moteur", "velocità motore", "velocidad motor"],
     "drive1_speed": ["Antrieb 2 Drehzahl", "motor speed 2"],
-    "load0": ["Normalkraft", "load cell", "force", "carico", "fuerza"],
+    "load0": ["Normalkraft", "load cell", "force", "carico", "fuerza", "Fn", "F_N", "N(t)", "Normal", "Anpresskraft"],
+    "temperature": ["Temp", "T_room", "temperature", "Temperatur", "Thermoelement 1", "PT100", "T_1"],
     "tachometer": ["Tacho", "tachymètre", "Tachometer disc"],
     "vibrometer": ["Vibrometer", "laser doppler"],
     "trigger": ["Trigger", "sync", "déclenchement"],
@@ -37,7 +38,9 @@ def test_names_of_five_languages_speak_for_a_role(role: str, name: str) -> None:
     assert max(found, key=lambda one: found[one]) == role
 
 
-@pytest.mark.parametrize("name", ["Unnamed: 0", "index", "Nr.", "comment", "temperature", "Kommentar", "U/f"])
+@pytest.mark.parametrize(
+    "name", ["Unnamed: 0", "index", "Nr.", "comment", "Reibkraft", "friction force", "Ft", "Kommentar", "U/f"]
+)
 def test_other_names_speak_for_nothing(name: str) -> None:
     assert max(named(name).values(), default=0.0) < 0.6
 

@@ -83,6 +83,7 @@ if TYPE_CHECKING:
     from fmu_models.language.laws.stribeck_cubic import StribeckCubic as StribeckCubic
     from fmu_models.language.laws.tanh import Tanh as Tanh
     from fmu_models.language.laws.tustin import Tustin as Tustin
+    from fmu_models.language.laws.warmed import Warmed as Warmed
     from fmu_models.language.maps import Map as Map
     from fmu_models.language.matrices import reduced as reduced
     from fmu_models.language.mechanism import Mechanism as Mechanism

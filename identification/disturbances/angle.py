@@ -56,6 +56,6 @@ DISTURBANCE = Disturbance(
     hidden=_hidden,
     told_by="logs at another load: friction follows it, a torque beside does not",
     rank=2,
-    remark=lambda ready, terms: f"; the law is that at {terms[0].reference:g} rad",
+    remark=lambda ready, terms, values: f"; the law is that at {terms[0].reference:g} rad",
     emulated=("angle",),
 )

@@ -18,7 +18,7 @@ class Disturbance:
         rank: its terms stand after those of a lower rank.
         same_as: name of a disturbance that does the same in fewer terms, so that only one of the two is estimated.
         mimics: name of one with fewer terms that looks like it, in whose stead it is tried.
-        remark: (logs, terms) -> what is said beside the words.
+        remark: (logs, terms, their values if slips told them) -> what is said beside the words.
         told_by: what more would tell it from another that looks like it in some logs.
         evident: whether logs that can show it do, so that a contest may begin with it.
         unsettles: constants that are not known as stated where it acts, since a free decay was read without it.
@@ -31,7 +31,7 @@ class Disturbance:
     rank: int = 100
     same_as: str = ""
     mimics: str = ""
-    remark: Callable[[Pool, Sequence[DisturbanceTerm]], str] = lambda ready, terms: ""
+    remark: Callable[[Pool, Sequence[DisturbanceTerm], Sequence[float]], str] = lambda ready, terms, values: ""
     told_by: str = ""
     evident: bool = False
     unsettles: tuple[str, ...] = ()

@@ -67,6 +67,6 @@ DISTURBANCE = Disturbance(
     told_by="an encoder beside the laser",
     rank=12,
     evident=True,
-    remark=lambda ready, terms: f"; it has {_frequency(ready):.4g} Hz",
+    remark=lambda ready, terms, values: f"; it has {_frequency(ready):.4g} Hz",
     emulated=("vibration",),
 )

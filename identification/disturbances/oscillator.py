@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from fmu_models.language.quantities import Input, Parameter
     from fmu_models.lowering.hybrid_system import HybridSystem
 
-TURNED, LOAD = "turned", "load"  # inputs: angle of the drive, rad; normal force by a load cell over its mean
+# inputs: angle of the drive, rad; normal force by a load cell over its mean; temperature over its mean, K
+TURNED, LOAD, WARMER = "turned", "load", "warmer"
 MIDDLE_ANGLE = "middle_angle"  # rad, a parameter: the reference of the terms
 MIDDLE, DURATION = "middle", "duration"  # s, parameters: of the log
 SIDE = "side"  # 1 or -1, a parameter: which way the disc slips
@@ -84,6 +85,12 @@ class _Symbols:
         from fmu_models.language.quantities import Input
 
         return Input(LOAD, 1.0, "1", "normal force by a load cell over its mean")
+
+    @cached_property
+    def warmer(self) -> Input:
+        from fmu_models.language.quantities import Input
+
+        return Input(WARMER, 0.0, "K", "temperature over its mean")
 
 
 def _oscillator(name: str, disc: str, law: str, terms: Sequence[DisturbanceTerm]) -> HybridSystem:

@@ -32,6 +32,7 @@ class Whereabouts:
         duration: of the log, s.
         speed: of the body, rad/s.
         side: 1 where the disc is the faster one, -1 where the body is.
+        warmer: temperature over its mean in all logs, K.
     """
 
     turned: np.ndarray
@@ -42,12 +43,13 @@ class Whereabouts:
     duration: np.ndarray
     speed: np.ndarray
     side: np.ndarray
+    warmer: np.ndarray
 
     @classmethod
     def seen(cls, log: np.ndarray, number: int, time: np.ndarray, angle: np.ndarray, speed: np.ndarray) -> Whereabouts:
         """Of the samples of a sensor (n,), for which the drive does not count. log: times of all, s, of its number."""
         one, lasts = np.ones(len(time)), log[-1] - log[0]
-        return cls(0 * one, angle, (time - log[0]) / lasts - 0.5, number * one, one, lasts * one, speed, one)
+        return cls(0 * one, angle, (time - log[0]) / lasts - 0.5, number * one, one, lasts * one, speed, one, 0 * one)
 
     @classmethod
     def joined(cls, pieces: Sequence[Whereabouts]) -> Whereabouts:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.trust import is_place
-from identification.disturbances import DISTURBANCES, drift, load_cell
+from identification.disturbances import DISTURBANCES, drift, load_cell, temperature
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import DAMPING, FRICTION, SPRING, DisturbanceTerm, Whereabouts, disturbed, misread
 from identification.measurement.pooled import Pool, RigValues
@@ -43,6 +43,15 @@ def ranked(names: Sequence[str] | None = None) -> dict[str, Disturbance]:
     return dict(sorted(loaded.items(), key=lambda item: item[1].rank))
 
 
+def measured(ready: Pool) -> list[DisturbanceTerm]:
+    """Terms of what sensors of pooled logs of one disc show of its friction: its load cell, and a temperature that
+    changes."""
+    if len(ready.contacts) > 1:
+        return []
+    cell = [load_cell.TERM] if weighed(ready.motions) else []
+    return [*cell, temperature.TERM] if ready.warms else cell
+
+
 def terms_of(ready: Pool, causes: Sequence[str], sizes: Mapping[str, float] = UNSIZED) -> tuple[DisturbanceTerm, ...]:
     """The terms of these causes for pooled logs. sizes: of causes, where an earlier fit found them. StickslipError: an
     unknown cause, two discs, or logs that cannot show one."""
@@ -58,7 +67,7 @@ def terms_of(ready: Pool, causes: Sequence[str], sizes: Mapping[str, float] = UN
             raise StickslipError(f"These logs cannot show a disturbance '{name}': {reason}")
     if len(ready.contacts) > 1:
         return ()
-    terms = [*([load_cell.TERM] if weighed(ready.motions) else []), *drift.shifts(ready)]
+    terms = [*measured(ready), *drift.shifts(ready)]
     for name, disturbance in disturbances.items():
         with DISTURBANCES.running(name):
             for term in disturbance.terms(ready, sizes.get(name)):

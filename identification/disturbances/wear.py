@@ -23,6 +23,6 @@ DISTURBANCE = Disturbance(
     terms=_terms,
     told_by="the same logs in another order",
     rank=3,
-    remark=lambda ready, terms: "; one log shows no change from log to log" if len(ready.motions) == 1 else "",
+    remark=lambda ready, terms, values: "; one log shows no change from log to log" if len(ready.motions) == 1 else "",
     emulated=("per_log", "within"),
 )

@@ -260,6 +260,11 @@ def load_factor(motion: DiscMotion, force: float) -> np.ndarray:
     return np.ones(len(motion.time)) if motion.loads is None else motion.loads[0] / force
 
 
+def warmth(motion: DiscMotion) -> np.ndarray:
+    """Temperature (n,) over its mean in all logs, K; zeros where it is not recorded."""
+    return np.zeros(len(motion.time)) if motion.warmer is None else motion.warmer
+
+
 def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: float) -> list[Whereabouts]:
     """Where drive and body stood at the samples of each segment, (m,) each. force: N, mean of a load cell."""
     motions = {id(segment.motion): segment.motion for segment in segments}
@@ -270,7 +275,8 @@ def whereabouts(segments: Sequence[SlipSegment], logs: Sequence[int], force: flo
         speed = np.gradient(segment.angle, segment.motion.step)
         seen = Whereabouts.seen(time, log, time[inside], segment.angle, speed)
         drive, load = turned[id(segment.motion)][inside], load_factor(segment.motion, force)[inside]
-        places.append(replace(seen, turned=drive, load=load, side=segment.sign * seen.side))
+        warmer = warmth(segment.motion)[inside]
+        places.append(replace(seen, turned=drive, load=load, side=segment.sign * seen.side, warmer=warmer))
     return places
 
 

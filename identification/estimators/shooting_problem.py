@@ -1,16 +1,16 @@
 """The problem of shooting segments, made of logs: what a sensor showed and how noisily, drives, models, unknowns."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.simulation.signal import Signal
-from identification.disturbances.oscillator import LOAD, TURNED, disturbed_oscillator
+from identification.disturbances.oscillator import LOAD, TURNED, WARMER, disturbed_oscillator
 from identification.disturbances.term import DisturbanceTerm
 from identification.estimators.base import Options
-from identification.estimators.regression import load_factor
+from identification.estimators.regression import load_factor, warmth
 from identification.estimators.segment_runs import Runs, ShootingSegment, Start, directions
 from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.inference.problem import Prior, Unknown
@@ -21,6 +21,7 @@ from rig_io.logs.arrangement import MODELS
 
 MARGIN = 0.005  # s by which a segment begins before its first sample, so that the delay may move
 DRIVE_STEP = 0.02  # s between knots of the drive's speed in the model: its eighth harmonic bends by 0.3 % between
+BENT = 0.01  # of the range of what goes with it, where it bends by more between them
 ZERO_UNCERTAINTY = 2e-5  # m, assumed of a laser's zero where it is to be estimated
 LEAST_NOISE = 1e-6  # of the range of a reading, where a log without noise (a computed one) shows less
 EDGE_NOISE = 2e-5  # rad: what unevenness between the edges of a drive's encoder adds, beside misplaced lines
@@ -44,6 +45,11 @@ def shooting_problem(
     freed = {unknown.name for unknown in others}
     runs = _runs(ready, law, [unknown.name for unknown in every], terms)
     variables = {name for each in runs.values() for name in each.fmu.variables}
+    recorded: Mapping[str, Callable[[DiscMotion], np.ndarray]] = {
+        TURNED: lambda motion: drive_angle(motion, int(motion.log.contacts[0][-1])),
+        LOAD: lambda motion: load_factor(motion, ready.values.N),
+        WARMER: warmth,
+    }
     return ShootingProblem(
         ready=ready,
         law=law,
@@ -64,10 +70,7 @@ def shooting_problem(
         residual_unit="m" if any(segment.laser for segment in segments) else "rad",
         terms=terms,
         workers=options.workers,
-        turned=_along_logs(ready, lambda motion: drive_angle(motion, int(motion.log.contacts[0][-1])))
-        if TURNED in variables
-        else {},
-        loads=_along_logs(ready, lambda motion: load_factor(motion, ready.values.N)) if LOAD in variables else {},
+        along={name: _along_logs(ready, values) for name, values in recorded.items() if name in variables},
     )
 
 
@@ -109,7 +112,11 @@ def _along_logs(ready: Pool, values_of: Callable[[DiscMotion], np.ndarray]) -> d
     signals = {}
     for number, motion in enumerate(ready.motions):
         (signal,) = drive_signals(motion)
-        signals[number] = Signal(signal.time, np.interp(signal.time, motion.time, values_of(motion)))
+        values = values_of(motion)
+        off = np.abs(values - np.interp(motion.time, signal.time, np.interp(signal.time, motion.time, values)))
+        bent = motion.time[off > max(BENT * float(np.ptp(values)), 5 * float(np.median(off)))]
+        time = np.union1d(signal.time, bent)
+        signals[number] = Signal(time, np.interp(time, motion.time, values))
     return signals
 
 

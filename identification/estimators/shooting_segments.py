@@ -24,7 +24,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import in_threads
 from fmu_models.simulation.sensitivity import Sensitivity
 from fmu_models.simulation.signal import Signal
-from identification.disturbances.oscillator import DURATION, LOAD, MIDDLE, MIDDLE_ANGLE, SIDE, TURNED
+from identification.disturbances.oscillator import DURATION, MIDDLE, MIDDLE_ANGLE, SIDE
 from identification.disturbances.term import ANGLE, LASER, DisturbanceTerm, Whereabouts, misread
 from identification.disturbances.terms import undisturbed
 from identification.estimators.base import FrictionProblem, FrictionRows
@@ -50,8 +50,8 @@ KEPT = 3  # evaluations: a search asks again for its last ones, and so does what
 class ShootingProblem(FrictionProblem):
     """Shooting segments of pooled logs under one law.
 
-    terms: disturbances, whose values follow those of the law in x; turned: rad, angle of the drive by log, where they
-    need it; loads: 1, normal force by a load cell over its mean, likewise;
+    terms: disturbances, whose values follow those of the law in x; along: by inputs of the model that they need (angle
+    of the drive, normal force, temperature) what was recorded, by log;
     first: (m,) where the search begins; runs: the models, by the discs in contact, differentiated by what the
     unknowns move and by `STARTS`; starts: those of the segments at the last x that was evaluated, which only saves
     steps; workers: threads.
@@ -68,8 +68,7 @@ class ShootingProblem(FrictionProblem):
     starts: tuple[Start, ...] = field(repr=False)
     residual_unit: str = "m"
     terms: tuple[DisturbanceTerm, ...] = ()
-    turned: Mapping[int, Signal] = field(default_factory=dict)
-    loads: Mapping[int, Signal] = field(default_factory=dict)
+    along: Mapping[str, Mapping[int, Signal]] = field(default_factory=dict)
     workers: int | None = None
     _last: deque[tuple[bytes, Evaluation, list[Start]]] = field(
         default_factory=lambda: deque(maxlen=KEPT), init=False, repr=False
@@ -211,10 +210,7 @@ class ShootingProblem(FrictionProblem):
         if isinstance(self.law, JointLaw) and self.law.changeover is not None and len(contacts) == 2:
             values[self.law.changeover] = float(x[len(self.law.parameters) - 1])
         inputs = {f"w{contact[-1]}": drive for contact, drive in zip(contacts, segment.drives, strict=True)}
-        if segment.log in self.turned:
-            inputs[TURNED] = self.turned[segment.log]
-        if segment.log in self.loads:
-            inputs[LOAD] = self.loads[segment.log]
+        inputs |= {name: signals[segment.log] for name, signals in self.along.items()}
         count = len(self.law.parameters)
         for value, term in zip(x[count:], self.terms, strict=False):
             moves = self.moved(segment)[term.name]

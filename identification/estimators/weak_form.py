@@ -81,8 +81,8 @@ def _equations(segments: Sequence[SlipSegment], logs: Sequence[int], rig: RigVal
         begins = np.arange(len(rows)) * stride
         middle = begins[:, None] + count // 2
         turned, load, speeds = (windows(values, count, stride).copy() for values in (where.turned, where.load, speed))
-        share, log, lasts, side = (v[middle] for v in (where.share, where.log, where.duration, where.side))
-        places.append(Whereabouts(turned, angles, share, log, load, lasts, speeds, side))
+        at = where.map(lambda values, middle=middle: values[middle])  # what changes slowly: time, temperature
+        places.append(replace(at, turned=turned, angle=angles, load=load, speed=speeds))
     cluster = np.concatenate(clusters)
     log = np.asarray(logs)[cluster]
     return Regression(

@@ -48,7 +48,7 @@ def causes_of(verdict: Verdict, ready: Pool) -> tuple[Cause, ...]:
     causes = []
     for explanation in verdict.explanations:
         one, alike = explanation, [name for name in explanation.alike if name in DISTURBANCES.names()]
-        words, chance = _words(one.name, one.terms, ready), float(np.exp(-one.gain / 2))
+        words, chance = _words(one.name, one.terms, ready, one.values), float(np.exp(-one.gain / 2))
         would = dict.fromkeys(disturbance.told_by for disturbance in ranked([one.name, *alike]).values())
         told_by = "; or ".join(text for text in would if text) if one.alike else ""
         causes.append(Cause(one.name, words, one.size, one.unit, one.gain, chance, one.alike, told_by))
@@ -61,9 +61,9 @@ def causes_named(names: Sequence[str], ready: Pool) -> tuple[Cause, ...]:
     return tuple(Cause(name, _words(name, own, ready), 0.0, "1", 0.0, 1.0) for name, own in terms.items())
 
 
-def _words(name: str, terms: Sequence[DisturbanceTerm], ready: Pool) -> str:
+def _words(name: str, terms: Sequence[DisturbanceTerm], ready: Pool, values: Sequence[float] = ()) -> str:
     disturbance = ranked([name])[name]
-    return disturbance.words + disturbance.remark(ready, terms)
+    return disturbance.words + disturbance.remark(ready, terms, values)
 
 
 def radii_of(verdict: Verdict, ready: Pool) -> dict[str, float]:

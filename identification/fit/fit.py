@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.threads import one_blas_thread
 from identification.disturbances.term import DisturbanceTerm
-from identification.disturbances.terms import ranked, terms_of
+from identification.disturbances.terms import measured, ranked, terms_of
 from identification.estimators import ESTIMATORS
 from identification.estimators.base import Estimate, Estimator, Options
 from identification.fit.adjust import Adjusted, ContradictedRadii, adjust, as_stated, contradicted
 from identification.fit.causes import asked_for, causes_named, causes_of, judged, radii_of, terms_found
 from identification.fit.conclude import conclude
+from identification.fit.followed import followed
 from identification.fit.free import fit_free
 from identification.fit.law_spread import MODES, by_curve, with_spread
 from identification.fit.parts import Cause
@@ -81,14 +82,16 @@ def fit_friction(
     sought = options.bounded(sought_law(form, ready.contacts, ready.arrangement))
     pair = bristled(form) if estimator == "lugre" else None
     bristles = pair[1].names if pair else ()
-    options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance))
+    recorded = [term.name for term in measured(ready)]
+    options.given.check((*sought.names, *bristles, *SENSORS, *options.nuisance, *recorded))
     stages = Stages.of_fit(progress, inference, disturbances != NONE)
     if form.spans:
         if estimator != ESTIMATOR:
             raise StickslipError(f"The law '{form.name}' is fitted by '{ESTIMATOR}', not by '{estimator}'.")
         named = () if disturbances == NONE else asked_for(disturbances) or None
         fit = fit_free(ready, sought, options, inference, named, stages)
-        return replace(fit, recorded=tuple(motion.log for motion in ready.motions))
+        assumed = (*fit.structure, *followed(ready, find_law(LAW)))
+        return replace(fit, structure=assumed, recorded=tuple(motion.log for motion in ready.motions))
     work = _Work(ready, sought, chosen, options, inference, law_spread, stages)
     if disturbances == NONE:
         fit = work.without_causes()
@@ -97,7 +100,8 @@ def fit_friction(
         terms_of(ready, named)  # names are judged before the work
         fit = work.with_causes(named)
     given_logs = [motion.log for motion in logs.motions] if isinstance(logs, Pool) else logs
-    return replace(fit, recorded=tuple(given_logs))
+    assumed = (*fit.structure, *followed(ready, pair[0] if pair else sought, options.given.held))
+    return replace(fit, structure=assumed, recorded=tuple(given_logs))
 
 
 @dataclass(frozen=True)

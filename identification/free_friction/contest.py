@@ -59,14 +59,15 @@ SURE = 1e4  # times surer that what is taken away is 0
 @dataclass(frozen=True)
 class Explanation:
     """A disturbance that slips show. size: greatest change that it makes, either way, relative, or greatest error of a
-    sensor, in ``unit``; gain: of 2 ln L, the others being there; alike: candidates in its place that the slips do not
-    tell from it."""
+    sensor, in ``unit``; gain: of 2 ln L, the others being there; values: of its terms; alike: candidates in its place
+    that the slips do not tell from it."""
 
     name: str
     size: float
     unit: str
     gain: float
     terms: tuple[DisturbanceTerm, ...]
+    values: tuple[float, ...]
     alike: tuple[str, ...]
 
 
@@ -337,12 +338,13 @@ class _Table:
         terms = self.field.terms[name]
         acts = terms[0].effect.acts
         angle, speed = slips.run(self.guess)
+        values = np.array([self.guess.shared.get(term.name, 0.0) for term in terms])
         if acts in SENSOR_UNITS:
-            values = np.array([self.guess.shared.get(term.name, 0.0) for term in terms])
             where = slips.where.map(lambda part: part[:, ::2])
             shown = misread(terms, values, replace(where, angle=angle, speed=speed))[0]
             size = (slips.ready.values.R if acts == LASER else 1.0) * float(np.max(np.abs(shown)))
         else:
             factor = slips.under(terms).factor(self.guess, (angle, speed), slice(0, None, 2), acts)[0]
             size = 0.5 * float(np.ptp(factor)) if acts == FRICTION else float(np.max(np.abs(factor - 1)))
-        return Explanation(name, size, SENSOR_UNITS.get(acts, "1"), 2 * self.lead(name), terms, self.alike(name))
+        unit, gain = SENSOR_UNITS.get(acts, "1"), 2 * self.lead(name)
+        return Explanation(name, size, unit, gain, terms, tuple(values.tolist()), self.alike(name))

@@ -34,7 +34,7 @@ from identification.disturbances.term import (
     disturbed,
     misread,
 )
-from identification.estimators.regression import load_factor
+from identification.estimators.regression import load_factor, warmth
 from identification.estimators.segment_runs import ShootingSegment
 from identification.estimators.shooting_segments import LINE
 from identification.free_friction.guess import AHEAD, MODES, WRONG, YIELDS, Guess, SlipRows
@@ -119,18 +119,18 @@ class Slips:
     def where(self) -> Whereabouts:
         """Where and when forces act, but for angle and speed of the body (n_slips, 2 count + 1)."""
         motions = [self.ready.motions[segment.log] for segment in self.segments]
-        turned, load, share = [], [], []
+        turned, load, share, warmer = [], [], [], []
         angles = {key: drive_angle(m, int(m.log.contacts[0][-1])) for key, m in {id(m): m for m in motions}.items()}
         lasts = np.array([[motion.time[-1] - motion.time[0]] for motion in motions])
         for time, motion in zip(self.time, motions, strict=True):
             turned.append(np.interp(time, motion.time, angles[id(motion)]))
             load.append(np.interp(time, motion.time, load_factor(motion, self.ready.values.N)))
+            warmer.append(np.interp(time, motion.time, warmth(motion)))
             share.append((time - motion.time[0]) / (motion.time[-1] - motion.time[0]) - 0.5)
         log, same = np.array([[segment.log] for segment in self.segments]), np.ones((1, self.time.shape[1]))
         nothing, load, lasts = np.zeros(self.time.shape), np.array(load), lasts * same
-        return Whereabouts(
-            np.array(turned), nothing, np.array(share), log * same, load, lasts, nothing, self.sign * same
-        )
+        side, warmer = self.sign * same, np.array(warmer)
+        return Whereabouts(np.array(turned), nothing, np.array(share), log * same, load, lasts, nothing, side, warmer)
 
     def constants(self, guess: Guess) -> dict[str, float]:
         """Constants of the rig at a guess, by name."""

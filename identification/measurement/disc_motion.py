@@ -26,9 +26,16 @@ from identification.measurement.motion import (
     Passes,
     SensorFit,
     drive_edges,
+    odd_count,
     savitzky_golay,
 )
-from identification.measurement.sensor_checks import clipped_warning, delay_warnings, resolution_advice, stray_warning
+from identification.measurement.sensor_checks import (
+    clipped_warning,
+    delay_warnings,
+    resolution_advice,
+    slack_warning,
+    stray_warning,
+)
 from identification.measurement.velocity import with_velocity
 from rig_io.logs.log import RigLog
 from rig_io.repair.clock import UNEVEN
@@ -37,6 +44,8 @@ from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped
 DRIVE_EDGES = (6, 9, 13, 19, 28, 42, 64)  # of the drive's encoder between knots of its speed, to be chosen from
 GAIN_SUSPECT = 0.02  # a correction of the laser's gain beyond this is a wrong calibration, not a tolerance
 LOAD_WINDOW = 0.05  # s, over which the noise of a load cell is smoothed; forces of the rig change once per turn
+TEMPERATURE_WINDOW = 1.0  # s, over which the noise of a thermometer is smoothed
+STEP = 5.0  # deviations of its noise by which a force leaves its smooth course where it steps
 LEAST_EDGES = 20  # of an encoder alone
 LEAST_LINES = 5  # of the encoder, passed: fewer cannot tell gain from line errors
 ROUNDING = 1e-6  # of a pitch, in an angle that counts have been taken off
@@ -137,7 +146,9 @@ def disc_motion(log: RigLog) -> DiscMotion:
     filled |= (time < stamps[good][0]) | (time > stamps[good][-1])
     angle = np.interp(time, stamps[good], angle[good])
     drives = np.stack([smooth_drive(log, time, contact) for contact in log.contacts])
-    return DiscMotion(log, time, angle, drives, filled, (*warnings, *notes), passes, _loads(log, time))
+    loads = _loads(log, time)
+    said = (*warnings, *notes, *slack_warning(log, loads))
+    return DiscMotion(log, time, angle, drives, filled, said, passes, loads)
 
 
 def _loads(log: RigLog, time: np.ndarray) -> np.ndarray | None:
@@ -149,7 +160,13 @@ def _loads(log: RigLog, time: np.ndarray) -> np.ndarray | None:
     forces = []
     for name in names:
         finite = np.isfinite(log.column(name))
-        force = savitzky_golay(np.interp(time, log.time[finite], log.column(name)[finite]), step, LOAD_WINDOW, 2, 0)
+        seen = np.interp(time, log.time[finite], log.column(name)[finite])
+        force = savitzky_golay(seen, step, LOAD_WINDOW, 2, 0)
+        # third differences of white noise have 20 times its variance; a force that steps is not smoothed there
+        noise = float(np.median(np.abs(np.diff(seen, 3)))) / (0.6745 * np.sqrt(20))
+        steps = np.abs(seen - force) > STEP * noise
+        near = np.convolve(steps, np.ones(odd_count(LOAD_WINDOW, step)), "same") > 0
+        force = np.where(near, seen, force)
         if force.min() <= 0:
             raise StickslipError(
                 f"Log '{log.name}': the load cell '{name}' shows {force.min():.3g} N, a disc that is pulled or away. "
@@ -157,6 +174,22 @@ def _loads(log: RigLog, time: np.ndarray) -> np.ndarray | None:
             )
         forces.append(force)
     return np.stack(forces)
+
+
+def with_temperature(motions: Sequence[DiscMotion]) -> tuple[list[DiscMotion], float | None]:
+    """Motions with the temperature over its mean in all, and that mean, K; as they are where one does not record
+    it."""
+    if not all(motion.log.has("temperature") for motion in motions):
+        return list(motions), None
+    rows = []
+    for motion in motions:
+        column, seen = motion.log.column("temperature"), motion.log.time
+        finite = np.isfinite(column)
+        even = np.interp(motion.time, seen[finite], column[finite])
+        window = min(TEMPERATURE_WINDOW, 0.3 * motion.log.duration)
+        rows.append(savitzky_golay(even, motion.step, window, 1, 0))
+    mean = float(np.mean(np.concatenate(rows)))
+    return [replace(motion, warmer=row - mean) for motion, row in zip(motions, rows, strict=True)], mean
 
 
 def _check_counts(log: RigLog) -> None:
@@ -292,9 +325,12 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     solution = np.linalg.lstsq(equations.design, equations.edge, rcond=None)[0]
     residual = equations.design @ solution - equations.edge
     gain, delay = float(solution[0]), float(solution[1])
+    bend, straight = _bend(equations)
     if abs(gain) > GAIN_SUSPECT:
         calibration = usable[0].log.calibration
         advice = resolution_advice(1 + gain, calibration.need("laser"), calibration.need("encoder"))
+        if abs(straight) < GAIN_SUSPECT and (named := calibration.need("laser").bent(*(value for value, _ in bend))):
+            advice = f"what it shows bends with the angle, and {named}."
         raise StickslipError(
             f"Laser and encoder disagree: the encoder shows {1 + gain:.4g} times the motion that the laser shows; "
             f"{advice}"
@@ -309,18 +345,19 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
         *delay_warnings(usable, equations, -residual, steady),
     )
     rms = float(np.sqrt(np.mean(residual**2)))
-    fit = SensorFit(gain, delay, covariance, rms, lines, warnings, bend=_bend(equations))
+    fit = SensorFit(gain, delay, covariance, rms, lines, warnings, bend=bend)
     return [corrected(m, gain, delay) if angle_sensor(m.log) == "laser" else m for m in motions], fit
 
 
-def _bend(equations: EdgeEquations) -> tuple[tuple[float, float], ...]:
-    """How the laser bends against the encoder, by power of the angle, and deviations."""
+def _bend(equations: EdgeEquations) -> tuple[tuple[tuple[float, float], ...], float]:
+    """How the laser bends against the encoder, by power of the angle, and deviations; its gain beside that."""
     tangent = equations.design[:, 0]
     powers = [-(np.arctan(tangent) ** power) * np.sqrt(1 + tangent**2) for power in BENDS]
     design = np.column_stack([*powers, equations.design])
     solution = np.linalg.lstsq(design, equations.edge, rcond=None)[0]
     covariance = clustered_covariance(design, design @ solution - equations.edge, equations.line)
-    return tuple(zip(solution.tolist(), np.sqrt(np.diag(covariance)).tolist(), strict=True))[: len(BENDS)]
+    values = tuple(zip(solution.tolist(), np.sqrt(np.diag(covariance)).tolist(), strict=True))
+    return values[: len(BENDS)], float(solution[len(BENDS)])
 
 
 def _as_stated(motions: Sequence[DiscMotion]) -> SensorFit:

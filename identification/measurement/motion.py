@@ -102,7 +102,8 @@ class DiscMotion:
     the order of the log's contacts; filled: (n,) samples that the sensor did not give and that are interpolated (no
     estimator uses a segment that holds one); warnings: what was done to the samples, in words. passes: edges of the
     encoder where no other sensor shows the angle, which then is interpolated between them. loads: (n_discs, n)
-    N, normal forces by load cells, without their noise. colour: of the angle's noise, where it is not white.
+    N, normal forces by load cells, without their noise; warmer: (n,) K, temperature over its mean in all logs, none
+    where one log does not record it. colour: of the angle's noise, where it is not white.
     wander: rad, deviation of a drift that is left beside it, with `WANDERS` s of memory; shift: rad, that of its mean.
     """
 
@@ -114,6 +115,7 @@ class DiscMotion:
     warnings: tuple[str, ...] = ()
     passes: Passes | None = None
     loads: np.ndarray | None = None
+    warmer: np.ndarray | None = None
     colour: Colour | None = None
     wander: float = 0.0
     shift: float = 0.0

@@ -25,6 +25,7 @@ LASER = frozenset({"gain", "laser", "delay"})
 SENSED = LASER | {"zero", "lines"}  # what moves the angle
 SPEED = "w_"  # before the number of a log: speed of its drives over the nominal one
 DRAWS = 24
+CHANGES = 2.0  # K, of a temperature whose effect on friction is sought: thermometers are off by a tenth of it
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ class Pool(Shown):
     """Logs ready for a fit. contacts: names of the driving discs in any of the logs, each with its material in
     ``materials`` (if stated); arrangement: of logs with two discs; segments of all logs, in order of motions and
     time; readings: what else is known of the constants in ``priors``; zero: what is known of that of an
-    encoder, where nothing else shows the angle; decay: a free one of the rig, where there is one."""
+    encoder, where nothing else shows the angle; decay: a free one of the rig, where there is one; temperature: K, its
+    mean over the logs, where all record it."""
 
     motions: tuple[DiscMotion, ...]
     segments: tuple[SlipSegment, ...]
@@ -69,6 +71,13 @@ class Pool(Shown):
     readings: tuple[ConstantReading, ...] = ()
     zero: Prior | None = None
     decay: FreeDecay | None = None
+    temperature: float | None = None
+
+    @property
+    def warms(self) -> bool:
+        """Whether a temperature is recorded that changes enough to show its effect on friction."""
+        rows = [motion.warmer for motion in self.motions if motion.warmer is not None]
+        return bool(rows) and float(np.ptp(np.concatenate(rows))) >= CHANGES
 
     @property
     def values(self) -> RigValues:
@@ -77,8 +86,11 @@ class Pool(Shown):
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Sentences on how two discs touch; none for one disc."""
-        return () if len(self.contacts) == 1 else (_ASSUMED[self.arrangement], "each disc has a law of its own")
+        """Sentences on what the laser sees, and on how two discs touch."""
+        lasers = (m.log.calibration.laser for m in self.motions if angle_sensor(m.log) == "laser")
+        seen = dict.fromkeys(laser.words for laser in lasers if laser)
+        touch = (_ASSUMED[self.arrangement], "each disc has a law of its own") if len(self.contacts) > 1 else ()
+        return (*seen, *touch)
 
     @property
     def natural_period(self) -> float:

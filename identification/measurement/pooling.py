@@ -13,7 +13,15 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.threads import one_blas_thread
 from identification.inference.problem import Prior
-from identification.measurement.disc_motion import angle_sensor, by_encoder, disc_motion, fuse, nominal_drives, zeroed
+from identification.measurement.disc_motion import (
+    angle_sensor,
+    by_encoder,
+    disc_motion,
+    fuse,
+    nominal_drives,
+    with_temperature,
+    zeroed,
+)
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
 from identification.measurement.laser_walk import with_walk
 from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, SensorFit
@@ -76,7 +84,7 @@ def pool(
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = at_rest(raw, free_decay)
     fused, sensors = fuse(raw, SMOOTHING * period)
-    fused = with_walk(fused, values.r, values.R, period)
+    fused, temperature = with_temperature(with_walk(fused, values.r, values.R, period))
 
     def with_segments(motion: DiscMotion) -> tuple[DiscMotion, list[SlipSegment]]:
         check_stick_speed(motion, values.r, values.R, SMOOTHING * period)
@@ -94,7 +102,7 @@ def pool(
     said += zero_unseen(motions, segments, values, free_decay)
     readings = stated_readings(sliding) if free_decay is not None else ()
     of_logs: tuple[tuple[str, ...], tuple[str, ...], Arrangement] = (contacts, materials, arrangement)
-    return Pool(motions, segments, sensors, priors, *of_logs, threshold, said, readings, zero, free_decay)
+    return Pool(motions, segments, sensors, priors, *of_logs, threshold, said, readings, zero, free_decay, temperature)
 
 
 def motions_in_pieces(
@@ -286,6 +294,14 @@ def pool_warnings(
             "Of two discs the mean of each load cell was taken as its normal force: how it changes is followed with "
             "one disc alone."
         )
+    warm = [log.name for log in logs if log.has("temperature")]
+    if warm and len(warm) < len(logs):
+        warnings.append(
+            f"The temperature is recorded in {' and '.join(warm)} alone: what it does to friction was not sought. "
+            "Record it in all logs."
+        )
+    elif warm and any(len(log.contacts) > 1 for log in logs):
+        warnings.append("What the temperature does to friction is followed with one disc alone.")
     nominal = [log.name for log in logs if nominal_drives(log)]
     if nominal:
         warnings.append(

@@ -125,14 +125,17 @@ def _sticks(ready: Pool, motion: DiscMotion, breakaway: float) -> Iterator[tuple
     sticks = [(int(start), int(end)) for start, end in stretches(sticking) if start > 0 and end < len(sticking)]
     if not sticks:
         return
+    over = np.ones(len(force)) if motion.loads is None else motion.loads[0] / values.N
     # a law of the wrong form may be far off at rest: no stick carries more than the sticks are seen to carry
-    breakaway = min(breakaway, float(np.median([np.max(np.abs(force[start:end])) for start, end in sticks])))
+    carried = np.abs(force) / over
+    holds = over * min(breakaway, float(np.median([np.max(carried[start:end]) for start, end in sticks])))
     for start, end in sticks:
         first = start + trim
-        beyond = np.abs(force[first:end]) > BREAKAWAY * breakaway
+        beyond = np.abs(force[first:end]) > BREAKAWAY * holds[first:end]
         inside = slice(first, first + int(np.argmax(beyond)) if beyond.any() else end)
         if inside.stop - inside.start < LEAST * window / motion.step or motion.filled[inside].any():
             continue
-        load = -breakaway * np.sign(force[inside]) * np.log1p(-np.abs(force[inside]) / breakaway)
+        held = holds[inside]
+        load = -held * np.sign(force[inside]) * np.log1p(-np.abs(force[inside]) / held)
         border = values.R * motion.angle[inside]
         yield load - load.mean(), shift[inside] - shift[inside].mean(), border - border.mean()

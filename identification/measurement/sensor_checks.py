@@ -22,6 +22,7 @@ NEAR = 0.03  # a ratio this close to a known one is that one
 ROUGH = 0.1  # the same for a ratio that is only roughly measured
 KEPT = 0.15  # of the time: an oscillation without stick stays for 0.09 at most within 2 % of one speed
 LEAST_ROWS = 20  # edges of one log, for its own delay and drift
+SLACK = 0.05  # of the median of a normal force
 LEAST_LINES = 3  # different ones among them
 
 
@@ -82,6 +83,18 @@ def delay_warnings(
                 "its clocks."
             )
     return tuple(warnings)
+
+
+def slack_warning(log: RigLog, loads: np.ndarray | None) -> tuple[str, ...]:
+    """What to say of normal forces (n_discs, n) in N that come near to nothing."""
+    for contact, force in zip(log.contacts, () if loads is None else loads, strict=False):
+        least, usual = float(force.min()), float(np.median(force))
+        if least < SLACK * usual:
+            return (
+                f"Log '{log.name}': the normal force of {contact} comes down to {least:.2g} N, near to nothing beside "
+                f"its usual {usual:.3g} N. There friction says little of the law, and the disc may lift.",
+            )
+    return ()
 
 
 def drive_warnings(motion: DiscMotion) -> tuple[str, ...]:

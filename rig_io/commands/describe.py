@@ -31,7 +31,8 @@ def describe(
         typer.Option(
             "--set",
             metavar="NAME=VALUE±U",
-            help="J, k, c, R, r, N0, N1, laser, laser_noise, encoder, drive0, drive1, w:FILE (a drive); repeat.",
+            help="J, k, c, R, r, N0, N1, laser, laser_noise, laser_beam, laser_latency, encoder, drive0, drive1, "
+            "w:FILE (a drive); repeat.",
         ),
     ] = None,
     uncertainties: Annotated[

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -70,6 +70,9 @@ def emulate(
     ] = None,
     ripple: Annotated[bool, typer.Option(help="Speed ripple of the drives.")] = True,
     laser: Annotated[bool, typer.Option(help="Fit the laser.")] = True,
+    beam: Annotated[
+        str | None, typer.Option(metavar="BEAM", help="What the laser sees: sine, arc, tangent; 'sine 3 deg': tilted.")
+    ] = None,
     encoder: Annotated[bool, typer.Option(help="Fit the encoder of the body.")] = True,
     drive_encoder: Annotated[
         bool, typer.Option(help="Fit the drives' encoders; without, they turn at their nominal speeds within 0.5 %.")
@@ -90,13 +93,15 @@ def emulate(
     from rig_io.bench.disturbances import Disturbances
     from rig_io.bench.emulation import MicroSlip
     from rig_io.bench.emulator import standard_set
+    from rig_io.description import quantities
+    from rig_io.sensors.laser import Laser
     from rig_io.sensors.load_cell import LoadCell
     from rig_io.sensors.speed_sensor import speed_sensor
 
     if place.suffix == ".toml":
         default = (material, arrangement, changeover, duration) == ("paper/rubber", "together", 0.0, 20.0)
         default &= all(one is None for one in (speeds, second, second_material, micro_slip, disturbance, start))
-        if not (default and ripple and laser and encoder and drive_encoder) or load_cell or velocity:
+        if not (default and ripple and laser and encoder and drive_encoder) or load_cell or velocity or beam:
             raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
         _emulate_scene(place, target, seed, overwrite, json)
         return
@@ -105,7 +110,8 @@ def emulate(
             f"Two folders are given, '{place}' and '{target}'. Give one, or a scene (.toml) before it."
         )
     folder = place
-    fitted = {name: None for name, used in {"laser": laser, "encoder": encoder, "ripple": ripple}.items() if not used}
+    fitted: dict[str, Any] = {"laser": Laser(**quantities.beam(beam, "--beam"))} if beam is not None else {}
+    fitted |= {name: None for name, used in {"laser": laser, "encoder": encoder, "ripple": ripple}.items() if not used}
     fitted |= {"drive_encoder": None, "speed_deviation": SPEED_DEVIATION} if not drive_encoder else {}
     fitted |= {"load_cell": LoadCell()} if load_cell else {}
     fitted |= {"speed_sensor": speed_sensor(velocity)} if velocity is not None else {}

@@ -10,6 +10,8 @@ c = "unknown"
 "w:run3.csv" = "0.83 ± 0.01 rad/s"   # speed of a drive that is not recorded
 laser = "0.01 ± 0.00002 m/V, 5 V"
 laser_noise = "20 um"
+laser_beam = "arc"
+laser_latency = "250 us"
 encoder = "1000 x4"
 [kinds]
 "run7.csv" = "free-decay"
@@ -31,8 +33,8 @@ from rig_io.logs.columns import COLUMNS
 from rig_io.logs.log import RIG_UNITS
 
 INSTRUMENTS = ("laser", "encoder", "drive0", "drive1")
-LASER_NOISE = "laser_noise"
-VALUES = (*RIG_UNITS, *INSTRUMENTS, LASER_NOISE, "sampling_rate")
+LASER_NOISE, LASER_BEAM, LASER_LATENCY = "laser_noise", "laser_beam", "laser_latency"
+VALUES = (*RIG_UNITS, *INSTRUMENTS, LASER_NOISE, LASER_BEAM, LASER_LATENCY, "sampling_rate")
 SPEED = "w:"  # before the name of a log
 KINDS = ("stick-slip", "free-decay")
 NONE = "none"

@@ -12,7 +12,7 @@ from fmu_models.base.files import write_whole
 from fmu_models.base.registry import Reference
 from fmu_models.base.unit_names import scale_of
 from rig_io.description import quantities
-from rig_io.description.answers import INSTRUMENTS, LASER_NOISE, SPEED, Answers
+from rig_io.description.answers import INSTRUMENTS, LASER_BEAM, LASER_LATENCY, LASER_NOISE, SPEED, Answers
 from rig_io.description.example import example_of, free_decay, log_paths, package_at
 from rig_io.description.roles import Proposal
 from rig_io.description.runs import DescribedLog, File, described_file, described_log, is_named, rule_of, runs_of, slug
@@ -104,12 +104,16 @@ class Draft:
         return experiment if experiment.get("contacts") == log.contacts else {}
 
     @property
-    def noise(self) -> dict[str, Any]:
-        """The entry of the laser's calibration that holds its noise; empty where nobody was asked."""
-        if LASER_NOISE in self.answers.values:
-            return {"noise": quantities.noise(self.answers.values[LASER_NOISE], LASER_NOISE)}
+    def beside(self) -> dict[str, Any]:
+        """Entries of the laser's calibration that hold its noise, beam and latency, as far as somebody was asked."""
         calibration = self.example.get("calibration", {}).get("laser", {})
-        return {"noise": calibration["noise"]} if "noise" in calibration else {}
+        known = {key: calibration[key] for key in ("noise", "beam", "tilt", "latency") if key in calibration}
+        said = self.answers.values
+        if LASER_NOISE in said:
+            known["noise"] = quantities.noise(said[LASER_NOISE], LASER_NOISE)
+        if LASER_LATENCY in said:
+            known["latency"] = quantities.latency(said[LASER_LATENCY], LASER_LATENCY)
+        return known | (quantities.beam(said[LASER_BEAM], LASER_BEAM) if LASER_BEAM in said else {})
 
 
 def draft(paths: Sequence[Path], answers: Answers, like: Path | None = None, reader: Reference | None = None) -> Draft:
@@ -208,8 +212,8 @@ def _resource(draft: Draft, log: DescribedLog) -> dict[str, Any]:
         resource["sampling_rate"] = quantities.quantity(draft.answers.values["sampling_rate"], "Hz", "rate").value
     instruments = {name: draft.instrument(name) for name in INSTRUMENTS if _measured(log, name)}
     calibration = {name: entry for name, entry in instruments.items() if entry is not None}
-    if draft.noise and "laser" in log.roles and ("laser" in calibration or not _measured(log, "laser")):
-        calibration["laser"] = {**calibration.get("laser", {}), **draft.noise}
+    if draft.beside and "laser" in log.roles and ("laser" in calibration or not _measured(log, "laser")):
+        calibration["laser"] = {**calibration.get("laser", {}), **draft.beside}
     resource["calibration"] = calibration
     fields = [_field(file, column, several) for file in log.files for column in file.columns]
     return {**resource, "schema": {"fields": fields}}

@@ -1,11 +1,13 @@
 """Answers as people write them: "0.0548 ± 0.0003 kg m²", "0,0548(3)", "2.62 +- 0.5 %", "1000 x4", "unknown"."""
 
+import math
 import re
 from dataclasses import dataclass
 from typing import Any
 
-from fmu_models.base.errors import StickslipError
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.unit_names import conversion
+from rig_io.logs.beam import BEAMS
 
 UNKNOWN = ("unknown", "?", "unbekannt", "inconnu", "sconosciuto", "desconocido", "none", "-")
 _NUMBER = r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?"
@@ -84,20 +86,43 @@ def noise(text: str, label: str) -> float | None:
     return deviation
 
 
+def latency(text: str, label: str) -> float:
+    """How late a laser is, s: "250 us", or by a filter faster than the motion: "butterworth 4, 50 Hz". StickslipError:
+    as in `quantity`, or of no order."""
+    match = re.fullmatch(r"\s*butterworth\s+(\d+)\s*,?\s*(.+)", text, re.IGNORECASE)
+    if match is None:
+        return quantity(text, "s", label).value or 0.0
+    corner = quantity(match[2], "Hz", label).value
+    if not int(match[1]) or not corner or corner <= 0:
+        raise StickslipError(f"{label}: '{text}' is no filter. Write its order and its corner: butterworth 4, 50 Hz.")
+    # sum of 1/(2 sin) over the poles
+    return 1.0 / (2 * math.pi * corner * math.sin(math.pi / (2 * int(match[1]))))
+
+
+def beam(text: str, label: str) -> dict[str, Any]:
+    """How a laser meets the disc: "arc", "sine, 3 deg"; its tilt is 0 where none is written. StickslipError: as in
+    `quantity`, or there is no such beam."""
+    name, _, tilt = text.strip().replace(",", " ").partition(" ")
+    refuse_unknown(name.lower(), BEAMS, f"{label}: there is no beam '{name}'.")
+    return {"beam": name.lower(), "tilt": quantity(tilt.strip() or "0", "rad", label).value or 0.0}
+
+
 def encoder(text: str, label: str) -> dict[str, Any]:
-    """An encoder: "1000", "1000 x4" (all four edges of a line are counted), "1000, 16 bit". StickslipError: it is
-    none."""
+    """An encoder: "1000", "1000 x4" (all four edges of a line are counted), "1000, 16 bit", "1000, ratio 3.2" (its
+    turns in one of the disc). StickslipError: it is none."""
     if is_unknown(text):
         return {"pulses_per_revolution": None}
     match = re.fullmatch(
         r"\s*(\d+)\s*(?:lines|pulses|striche|traits|ppr|cpr)?\s*(?P<four>[x*]\s*4|quadrature)?\s*,?\s*"
-        r"(?:(?P<bits>\d+)\s*bits?)?\s*",
+        rf"(?:(?P<bits>\d+)\s*bits?)?\s*,?\s*(?:ratio\s*(?P<ratio>{_NUMBER}))?\s*",
         text.replace("\N{MULTIPLICATION SIGN}", "x"),
         re.IGNORECASE,
     )
     if match is None or not int(match[1]):
         raise StickslipError(
-            f"{label}: '{text}' is no encoder. Write its lines per revolution, 1000, or 1000 x4 where all edges count."
+            f"{label}: '{text}' is no encoder. Write its lines per revolution, 1000, 1000 x4 where all edges count, or "
+            "1000, ratio 3.2 where it turns 3.2 times as often as the disc."
         )
     calibration: dict[str, Any] = {"pulses_per_revolution": int(match[1]), "quadrature": match["four"] is not None}
+    calibration |= {"ratio": number(match["ratio"])} if match["ratio"] else {}
     return calibration | ({"counter_bits": int(match["bits"])} if match["bits"] else {})

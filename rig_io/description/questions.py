@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 from fmu_models.base.errors import StickslipError
 from rig_io.description import quantities
-from rig_io.description.answers import LASER_NOISE, SPEED, Answers
+from rig_io.description.answers import LASER_BEAM, LASER_LATENCY, LASER_NOISE, SPEED, Answers
 from rig_io.description.draft import Draft, check_named, unit_fault
+from rig_io.logs.beam import BEAMS
 from rig_io.logs.columns import ANGLE_SOURCES, TIME, metres
 from rig_io.logs.log import RIG_UNITS
 
@@ -59,10 +60,16 @@ def questions(draft: Draft) -> list[Question]:
 
 def optional(draft: Draft) -> list[Question]:
     """What a fit can do without: asked where somebody answers, and otherwise not known."""
-    if "laser" not in draft.roles or draft.noise:
+    if "laser" not in draft.roles:
         return []
+    seen = "; ".join(f"{name} ({beam.words}, {beam.formula})" for name, beam in BEAMS.items())
+    asked_for = [Question(LASER_BEAM, f"Laser: what does it see? {seen}.", "arc, or sine 3 deg if tilted", "sine")]
     text = "Laser: rms noise of its readings, from which a fit knows how far the values are from the best possible?"
-    return [Question(LASER_NOISE, text, "20 um (or unknown)", "unknown")]
+    asked_for.append(Question(LASER_NOISE, text, "20 um (or unknown)", "unknown"))
+    text = "Laser: how late is it beside the counts, by a filter, or since channels are read in turn?"
+    asked_for.append(Question(LASER_LATENCY, text, "250 us, or butterworth 4, 50 Hz", "0 s"))
+    said = {LASER_BEAM: "beam", LASER_NOISE: "noise", LASER_LATENCY: "latency"}
+    return [question for question in asked_for if said[question.key] not in draft.beside]
 
 
 def missing(draft: Draft) -> list[str]:
@@ -99,7 +106,12 @@ def _instrument(name: str, draft: Draft) -> Question:
     like = draft.instrument("encoder" if name != "encoder" else "drive0") or {}
     lines = like.get("pulses_per_revolution")
     proposal = "" if lines is None else f"{lines}{' x4' if like.get('quadrature') else ''}"
-    return Question(name, f"Lines per revolution of {label}?", "1000, or 1000 x4 where all edges count", proposal)
+    return Question(
+        name,
+        f"Lines per revolution of {label}?",
+        "1000, 1000 x4 where all edges count, or 1000, ratio 3.2 behind a gear",
+        proposal,
+    )
 
 
 def _constants(draft: Draft) -> list[str]:
@@ -135,6 +147,10 @@ def answered(draft: Draft, question: Question, text: str) -> Answers:
         quantities.quantity(answer, "rad/s", question.key)
     elif question.key == LASER_NOISE:
         quantities.noise(answer, LASER_NOISE)
+    elif question.key == LASER_LATENCY:
+        quantities.latency(answer, LASER_LATENCY)
+    elif question.key == LASER_BEAM:
+        quantities.beam(answer, LASER_BEAM)
     elif question.key in RIG_UNITS:
         quantities.quantity(answer, RIG_UNITS[question.key], question.key)
     else:

@@ -18,6 +18,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown, Tabular, span
 from rig_io.logs.arrangement import Arrangement
+from rig_io.logs.beam import BEAMS
 
 if TYPE_CHECKING:
     import pandas
@@ -84,11 +85,11 @@ RIG_UNITS: Mapping[str, str] = MappingProxyType(
 
 @dataclass(frozen=True)
 class LaserCalibration:
-    """Laser telemeter: displacement of the disc's border d = gain*(laser - zero) = R sin(angle), seen ``latency`` ago.
+    """Laser telemeter: d = gain*(laser - zero) = R (f(angle + tilt) - f(tilt)), seen ``latency`` ago.
 
     gain: m/V (1 where the telemeter writes lengths; V then stands for m); zero: V; latency: s; noise: m rms; lowest,
     highest: V, the range within which the reading is valid; gain_deviation: relative standard deviation of the gain,
-    None where it is not known.
+    None where it is not known; beam: its f, of `BEAMS`; tilt: of the beam off the square with the arm at rest, rad.
     """
 
     gain: float
@@ -98,31 +99,63 @@ class LaserCalibration:
     lowest: float = -float("inf")
     highest: float = float("inf")
     gain_deviation: float | None = None
+    beam: str = "sine"
+    tilt: float = 0.0
+
+    def shown(self, angle: np.ndarray) -> np.ndarray:
+        """d/R (n,) at the angles (n,), rad."""
+        return BEAMS[self.beam].shows(angle + self.tilt) - BEAMS[self.beam].shows(np.array(self.tilt))
+
+    def angle(self, shown: np.ndarray) -> np.ndarray:
+        """Angles (n,), rad, at which it shows d/R (n,); NaN where it shows more than it can."""
+        with np.errstate(invalid="ignore"):
+            return BEAMS[self.beam].angle(shown + BEAMS[self.beam].shows(np.array(self.tilt))) - self.tilt
+
+    def bent(self, square: float, cubic: float) -> str:
+        """Words on the beam or tilt that would show square angle^2 + cubic angle^3 more over R, near rest; nothing
+        where that is none of them."""
+        more = {name: beam.cubic - BEAMS[self.beam].cubic for name, beam in BEAMS.items()}
+        nearest = min(more, key=lambda name: abs(more[name] - cubic))
+        seen = BEAMS[nearest]
+        if nearest != self.beam:
+            return f"{cubic:+.2g} angle^3 is that of d = {seen.formula}: describe the log with laser_beam={nearest}"
+        if not seen.turning:
+            return ""
+        tilt = np.degrees(self.tilt + np.arctan(2 * square / seen.turning))
+        return f"{square:+.2g} angle^2 is that of a tilt: describe the log with laser_beam='{nearest} {tilt:.2g} deg'"
+
+    @property
+    def words(self) -> str:
+        """What it is taken to look at."""
+        tilted = f", its beam {np.degrees(self.tilt):.3g} degrees off the square" if self.tilt else ""
+        return f"the laser sees {BEAMS[self.beam].words}, d = {BEAMS[self.beam].formula}{tilted}"
 
 
 @dataclass(frozen=True)
 class EncoderCalibration:
-    """Incremental encoder: an edge is ``2 pi / edges_per_revolution`` from the next.
+    """Incremental encoder: an edge is a ``pitch`` from the next.
 
-    pulses_per_revolution: of one track; quadrature: whether all four edges of the two tracks are counted;
-    clock: s, resolution of the edge times; counter_bits: width of the counter, after which it begins anew (None: it
-    does not, or the width is to be found from the counts).
+    pulses_per_revolution: of one track; quadrature: whether all four edges of the two tracks are counted; clock: s,
+    resolution of the edge times; counter_bits: width of the counter, after which it begins anew (None: it does not, or
+    the width is to be found from the counts); ratio: its turns in one turn of the disc, where it sits on the motor's
+    side of a gear or belt.
     """
 
     pulses_per_revolution: int
     quadrature: bool = False
     clock: float = 1e-6
     counter_bits: int | None = None
+    ratio: float = 1.0
 
     @property
     def edges_per_revolution(self) -> int:
-        """Counted edges in one revolution."""
+        """Counted edges in one revolution of the encoder."""
         return self.pulses_per_revolution * (4 if self.quadrature else 1)
 
     @property
     def pitch(self) -> float:
-        """Angle between counted edges, rad."""
-        return 2.0 * 3.141592653589793 / self.edges_per_revolution
+        """Angle of the disc between counted edges, rad."""
+        return 2.0 * 3.141592653589793 / (self.edges_per_revolution * self.ratio)
 
 
 @dataclass(frozen=True)

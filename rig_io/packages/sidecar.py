@@ -15,6 +15,7 @@ from typing import Any, get_args
 from fmu_models.base.errors import StickslipError, nearest, refuse_unknown
 from fmu_models.base.unit_names import conversion
 from rig_io.logs.arrangement import Arrangement
+from rig_io.logs.beam import BEAMS
 from rig_io.logs.columns import COLUMNS, TIME
 from rig_io.logs.log import (
     RIG_UNITS,
@@ -151,12 +152,18 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
             raise StickslipError(f'{at} lacks "{needed}".')
         for key in entry:
             refuse_unknown(key, names, f"{at} has the unknown entry '{key}'.")
-            if key != "quadrature":
+            if key == "beam":
+                refuse_unknown(entry[key], BEAMS, f"{at}: there is no beam {entry[key]!r}.")
+            elif key != "quadrature":
                 entry[key] = _number(entry[key], f"{at}, '{key}'")
                 if key == "counter_bits" and entry[key] not in range(4, 65):
                     raise StickslipError(f"{at}, 'counter_bits' is {entry[key]:g}; a counter has 8, 16, 24 or 32.")
             elif not isinstance(entry[key], bool):
                 raise StickslipError(f"{at}, 'quadrature' holds {entry[key]!r}; expected true or false.")
+        if entry.get("ratio", 1.0) <= 0:
+            raise StickslipError(
+                f"{at}: a ratio of {entry['ratio']:g} is none. Write its turns in one turn of the disc."
+            )
         if entry[needed] == 0 or (instrument != "laser" and (entry[needed] < 1 or entry[needed] % 1)):
             raise StickslipError(f'{at}: "{needed}" is {entry[needed]:g}; that measures nothing.')
         if instrument != "laser":

@@ -32,11 +32,12 @@ class Encoder:
     quadrature: bool = False
     line_error: float = 0.02
     clock: float = 1e-6
+    ratio: float = 1.0
 
     @property
     def calibration(self) -> EncoderCalibration:
         """The calibration as the user knows it."""
-        return EncoderCalibration(self.pulses_per_revolution, self.quadrature, self.clock)
+        return EncoderCalibration(self.pulses_per_revolution, self.quadrature, self.clock, ratio=self.ratio)
 
     def ruled(self, rng: np.random.Generator) -> Ruling:
         """One specimen with its own line errors and mounting."""

@@ -1,9 +1,9 @@
-"""Laser telemeter on the disc's border: d = R sin(angle), seen late, with gain error, noise, limits and resolution.
+"""Laser telemeter of the disc: d as its beam says, seen late, with gain error, noise, limits and resolution.
 
-laser [V] = zero + rounded(clip((1 + gain_error) R sin(angle(t - latency)) + noise)) / gain
+laser [V] = zero + rounded(clip((1 + gain_error) d(angle(t - latency)) + noise)) / gain
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,8 @@ class Laser:
     """A laser telemeter to be emulated; lengths in m.
 
     noise: rms; resolution: step of the reading; gain_error: standard deviation over specimens, unknown to the user;
-    latency: s; range: largest displacement either way; gain: m/V; zero: V at no displacement.
+    latency: s; range: largest displacement either way; gain: m/V; zero: V at no displacement; beam, tilt: as in
+    `LaserCalibration`.
     """
 
     noise: float = 20e-6
@@ -32,12 +33,16 @@ class Laser:
     range: float = 0.05
     gain: float = 0.01
     zero: float = 5.0
+    beam: str = "sine"
+    tilt: float = 0.0
 
     @property
     def calibration(self) -> LaserCalibration:
         """The calibration as the user knows it."""
         reach = self.range / abs(self.gain)
-        return LaserCalibration(self.gain, self.zero, self.latency, self.noise, self.zero - reach, self.zero + reach)
+        ends = self.zero - reach, self.zero + reach
+        known = LaserCalibration(self.gain, self.zero, self.latency, self.noise, *ends)
+        return replace(known, beam=self.beam, tilt=self.tilt)
 
     def read(
         self,
@@ -49,7 +54,8 @@ class Laser:
     ) -> np.ndarray:
         """Volts (n,) at the ticks (n,). radius: m; specimen draws the gain error, noise the noise."""
         gain_error = self.gain_error * float(specimen.standard_normal())
-        displacement = (1.0 + gain_error) * radius * np.sin(motion.angle_at(ticks - self.latency))
+        shown = self.calibration.shown(motion.angle_at(ticks - self.latency))
+        displacement = (1.0 + gain_error) * radius * shown
         displacement = np.clip(displacement + self.noise * noise.standard_normal(len(ticks)), -self.range, self.range)
         if self.resolution > 0:
             displacement = np.round(displacement / self.resolution) * self.resolution
@@ -57,7 +63,7 @@ class Laser:
 
 
 def laser_displacement(log: RigLog) -> np.ndarray:
-    """Displacement (n_samples,) of the disc's border in m, gain*(laser - zero). StickslipError: no laser in the log, or
+    """Displacement (n_samples,) that it shows, m, gain*(laser - zero). StickslipError: no laser in the log, or
     no calibration for it."""
     calibration: LaserCalibration = log.calibration.need("laser")
     return calibration.gain * (log.column("laser") - calibration.zero)
@@ -93,16 +99,15 @@ def saturated(volts: np.ndarray) -> np.ndarray:
 
 
 def laser_angle(log: RigLog) -> np.ndarray:
-    """Angle (n_samples,) in rad, arcsin(d/R), of the instants ``log.time - latency``; NaN for a reading beyond R.
-    StickslipError: as in `laser_displacement`; R is not given; the displacement exceeds R in more than stray
-    readings."""
-    ratio = laser_displacement(log) / log.rig.value("R")
-    beyond = np.flatnonzero(np.abs(ratio) > 1.0)
-    if beyond.size > STRAY * len(ratio):
+    """Angle (n_samples,) in rad of the instants ``log.time - latency``; NaN for a reading that no angle gives.
+    StickslipError: as in `laser_displacement`; R is not given; there are more of these than stray readings."""
+    shown = laser_displacement(log) / log.rig.value("R")
+    angle = log.calibration.need("laser").angle(shown)
+    beyond = np.flatnonzero(np.isnan(angle) & np.isfinite(shown))
+    if beyond.size > STRAY * len(angle):
         raise StickslipError(
             f"Log '{log.name}': the laser's displacement exceeds the radius R = {log.rig.value('R'):g} m in "
             f"{beyond.size} samples, first at {log.time[beyond[0]]:g} s. Check gain (m/V), zero (V) and R, and whether "
             "the readings are volts (state 'mV' as their unit if they are millivolts)."
         )
-    ratio[beyond] = np.nan
-    return np.arcsin(ratio)
+    return angle

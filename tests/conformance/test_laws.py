@@ -80,7 +80,8 @@ def mechanism(law: Any) -> Mechanism:
 
 def defaults(law: Any) -> dict[sympy.Symbol, float]:
     """Values of its parameters."""
-    return {symbol: symbol.value for symbol in mechanism(law).parameters}
+    pad = mechanism(law)
+    return {symbol: symbol.value for symbol in (*pad.parameters, *pad.inputs)}
 
 
 def at_rest(law: Any, slip: float, sign: float) -> dict[sympy.Symbol, float]:
@@ -171,6 +172,8 @@ def test_generated_series_are_the_taylor_coefficients(law: Any) -> None:
         for place, state in enumerate(model.system.states):
             model.series("x", place)[:] = 0.0
             model.series("x", place)[: ORDER + 1] = next((path[q] for q in path if q.name == state.name), 0.0)
+        for place, signal in enumerate(model.system.inputs):
+            model.series("u", place)[:] = [signal.value, *[0.0] * (len(model.series("u", place)) - 1)]
         for k in range(ORDER + 1):
             model.order(k, signs=[sign])
         expected = np.array(taylor(law, path, sign))

@@ -14,10 +14,12 @@ pytest.importorskip("asammdf")
 
 from recorders import DRIFT, OFFSET, RECORDERS, TRUTH, bench, record
 
-MOST_QUESTIONS = 11
+MOST_QUESTIONS = 13
 TYPED = {
     "roles, units and kinds": "yes",
     "metres per volt": "0.01 ± 0.00002 m/V, 5 V",
+    "what does it see": "",  # proposed: sine
+    "how late is it": "",  # proposed: not
     "rms noise": "",  # proposed: not known
     "encoder of the disc": "1000",
     "encoder of driving disc 0": "",  # proposed: that of the disc

@@ -12,6 +12,7 @@ from identification.measurement.disc_motion import disc_motion, fuse
 from identification.measurement.motion import odd_count
 from identification.measurement.pooling import pool
 from identification.measurement.slip_segments import TRIM, long_enough, slip_segments, stretches
+from rig_io.bench.emulator import emulate, standard_set
 from rig_io.logs.log import (
     EncoderCalibration,
     Experiment,
@@ -21,6 +22,7 @@ from rig_io.logs.log import (
     RigLog,
     StatedQuantity,
 )
+from rig_io.sensors import Laser
 
 PERIOD = 0.9
 TICKS = np.arange(10_000) / 1000
@@ -162,6 +164,14 @@ def test_the_encoder_scales_and_dates_the_laser() -> None:
 def test_a_calibration_that_is_plainly_wrong_is_refused() -> None:
     with pytest.raises(StickslipError, match="Laser and encoder disagree"):
         fuse([disc_motion(sensed(0.05, 0.0))], 0.04)
+
+
+def test_a_laser_that_sees_something_else_is_told_from_a_wrong_calibration() -> None:
+    log = emulate(replace(standard_set("paper/rubber", [0.83], duration=4.0)[0], laser=Laser(beam="tangent")))
+    laser = replace(log.calibration.need("laser"), beam="sine")
+    taken = replace(log, calibration=replace(log.calibration, laser=laser))
+    with pytest.raises(StickslipError, match=r"bends with the angle.*laser_beam=tangent"):
+        fuse([disc_motion(taken)], 0.04)
 
 
 def test_logs_of_different_rates_are_not_pooled() -> None:

@@ -347,19 +347,52 @@ def test_an_unknown_instrument_leaves_its_column_unread(described: Path) -> None
         assert "encoder_count" not in read_log(described).columns
 
 
+def test_what_the_laser_sees_how_late_it_is_and_where_the_encoder_sits_are_kept(described: Path) -> None:
+    from dataclasses import replace
+
+    said = {"laser_beam": "Arc, 3 deg", "laser_latency": "butterworth 2, 50 Hz", "encoder": "1000 x4, ratio 2.5"}
+    write(draft([described], replace(SAID, values={**SAID.values, **said})))
+    laser, encoder = (read_log(described).calibration.need(name) for name in ("laser", "encoder"))
+    assert (laser.beam, laser.tilt) == ("arc", pytest.approx(np.radians(3)))
+    # 1/(s^2 + sqrt(2) s + 1) in s over the corner's circular frequency
+    assert laser.latency == pytest.approx(np.sqrt(2) / (2 * np.pi * 50))
+    assert encoder.pitch == pytest.approx(2 * np.pi / 10000)
+    again = draft([described], Answers())
+    assert again.beside["beam"] == "arc" and not [q for q in optional(again) if q.key != "laser_noise"]
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "laser_beam=cosine",
+        "laser_beam=arc 3 mm",
+        "laser_latency=butterworth 0, 50 Hz",
+        "laser_latency=2 mm",
+        "encoder=1000, ratio x",
+    ],
+)
+def test_a_measuring_chain_that_is_none_is_refused(described: Path, value: str) -> None:
+    from dataclasses import replace
+
+    name, _, text = value.partition("=")
+    with pytest.raises(StickslipError, match=name):
+        write(draft([described], replace(SAID, values={**SAID.values, name: text})))
+
+
 def test_the_noise_of_a_laser_is_kept_for_fits(described: Path) -> None:
     """Of one that writes volts or lengths; once said it is not asked for again."""
     from dataclasses import replace
 
     def noise(path: Path, said: Answers, text: str) -> float:
-        made = draft([path], replace(said, values={**said.values, "laser_noise": text}))
+        beside = {"laser_noise": text, "laser_beam": "sine", "laser_latency": "0"}
+        made = draft([path], replace(said, values={**said.values, **beside}))
         assert not optional(made)
         write(made)
         laser = read_log(path).calibration.laser
         assert laser is not None
         return laser.noise
 
-    assert [one.key for one in optional(draft([described], SAID))] == ["laser_noise"]
+    assert [one.key for one in optional(draft([described], SAID))] == ["laser_beam", "laser_noise", "laser_latency"]
     assert noise(described, SAID, "20 um") == pytest.approx(2e-5)
     assert not optional(draft([described], Answers()))
     length = replace(SAID, units={"Weg": "mm"})

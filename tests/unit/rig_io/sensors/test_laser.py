@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fmu_models.base.errors import StickslipError
-from rig_io.logs.log import Experiment, InstrumentCalibrations, RigConstants, RigLog, StatedQuantity
-from rig_io.sensors import Laser, laser_angle, laser_clipped
+from rig_io.logs.log import Experiment, InstrumentCalibrations, LaserCalibration, RigConstants, RigLog, StatedQuantity
+from rig_io.sensors import Laser, laser_angle, laser_clipped, laser_displacement
 from rig_io.sensors.motion import Motion
 
 TICKS = 0.001 * np.arange(4001)
 TIME = np.arange(20001) / 5000
 SWING = Motion(TIME, 0.3 * np.sin(7 * TIME), 2.1 * np.cos(7 * TIME))
 IDEAL = Laser(noise=0.0, resolution=0.0, gain_error=0.0)
+SEEN = [("sine", 0.0), ("sine", 0.05), ("arc", 0.0), ("tangent", 0.0), ("tangent", -0.04)]
 
 
 def seen(laser: Laser, motion: Motion = SWING, seed: int = 2) -> RigLog:
@@ -84,3 +86,33 @@ def test_a_wrong_gain_is_named() -> None:
     wrong = replace(log, calibration=InstrumentCalibrations(laser=replace(IDEAL.calibration, gain=1.0)))
     with pytest.raises(StickslipError, match=r"exceeds the radius R = 0\.125 m"):
         laser_angle(wrong)
+
+
+@pytest.mark.parametrize(
+    ("beam", "tilt", "shown"),
+    [("arc", 0.3, 0.2), ("tangent", 0.0, np.tan(0.2)), ("sine", 0.1, np.sin(0.3) - np.sin(0.1))],
+)
+def test_a_laser_gives_the_angle_back_whatever_it_sees(beam: str, tilt: float, shown: float) -> None:
+    laser = replace(IDEAL, beam=beam, tilt=tilt)
+    np.testing.assert_allclose(laser_angle(seen(laser)), 0.3 * np.sin(7 * TICKS), atol=1e-9)
+    log = seen(laser, Motion(np.array([0.0, 4.0]), np.array([0.2, 0.2]), np.zeros(2)))
+    np.testing.assert_allclose(laser_displacement(log), 0.125 * shown, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("true", "taken"),
+    [((a, x), (b, y)) for a, x in SEEN for b, y in SEEN if (a, x) != (b, y) and not (a == "arc" == b)],
+    ids=str,
+)
+def test_the_beam_that_would_explain_a_bend_is_named(true: tuple[str, float], taken: tuple[str, float]) -> None:
+    """What an encoder would tell: the bend that is left, over R and its slope, from the displacement alone."""
+    angle = np.linspace(-0.08, 0.08, 81)
+    shown = LaserCalibration(1.0, beam=true[0], tilt=true[1]).shown(angle)
+    laser = LaserCalibration(1.0, beam=taken[0], tilt=taken[1])
+    sine = np.sin(laser.angle(shown))
+    straight, square, cubic = np.linalg.lstsq(np.column_stack([np.sin(angle), angle**2, angle**3]), sine, rcond=None)[0]
+    words = laser.bent(square / straight, cubic / straight)
+    if true[0] != taken[0]:
+        assert f"laser_beam={true[0]}" in words
+    else:
+        assert float(re.findall(r"'\w+ (\S+) deg'", words)[0]) == pytest.approx(np.degrees(true[1]), abs=0.3)

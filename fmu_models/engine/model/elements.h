@@ -17,10 +17,7 @@ static inline const Real *KIND(element_stiffness)(const Real *d, int c)
     return d + (MODEL_ND - 2 * MODEL_NE) + (model_contact_first[c] - (MODEL_NX - MODEL_NE));
 }
 
-static inline const Real *KIND(element_bound)(const Real *d, int c)
-{
-    return KIND(element_stiffness)(d, c) + MODEL_NE;
-}
+static inline const Real *KIND(element_bound)(const Real *d, int c) { return KIND(element_stiffness)(d, c) + MODEL_NE; }
 
 /* whether the element whose state is x[i] is held, of array c */
 static inline int KIND(element_is_held)(const Jets *j, int c, int i)

@@ -66,8 +66,10 @@ void tangent_repeat_event(const Run *r, Tangent *t)
     model_slip(t->at.p, t->at.d, j, 0);
     for (int c = 0; c < MODEL_NC; c++) {
         if (r->entered[c]) t->at.memory[c] = creal(j->slip[c][0]) < 0.0 ? -j->slip[c][0] : j->slip[c][0];
-        if (r->jumped[c] && contact_is_array(c)) KIND(elements_hold)(t->at.d, c, r->at.held, t->at.x);
-        else if (r->jumped[c]) model_reset(t->at.p, t->at.d, j, c, t->at.x);
+        if (r->jumped[c] && contact_is_array(c))
+            KIND(elements_hold)(t->at.d, c, r->at.held, t->at.x);
+        else if (r->jumped[c])
+            model_reset(t->at.p, t->at.d, j, c, t->at.x);
         any |= r->projected[c];
     }
     repeat_impact(r, t);

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,6 +22,10 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 # of a fit. What plugins have loaded is told; what is loaded later, in children too, reads the environment.
 os.environ.update({name: os.environ.get(name, "1") for name in THREADS})
 threadpool_limits(1)
+# Images often set PYTHONDONTWRITEBYTECODE: each worker, and each command that a test starts, would compile and rewrite
+# every file anew, half the CPU time of listing the tests.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # Ctrl-C does here and in children what it does at a terminal: background jobs of a shell, and what nohup or a service
 # starts, inherit it as ignored.
 signal.signal(signal.SIGINT, signal.default_int_handler)

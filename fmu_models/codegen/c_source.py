@@ -143,12 +143,13 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
         solve(acceleration, "a[0]", "a")
 
     # what laws read first: whether it is seen
-    slip = recurrences({f"j->slip[{i}]": c.slip for i, c in contacts if not c.elements})
+    slip = recurrences({f"j->slip[{i}]": c.slip for i, c in contacts if not c.elements and not c.kind.cone})
     for i in (i for i, c in contacts if c.elements):
         slip.lines.append(f"KIND(elements_series)(d, j, {i}, k);")
         slip.variations.state(f"elements_variation(d, j, l, {i}, k);")
-        names.slots.seen.add(f"j->slip[{i}]")
     depth = recurrences(depths)
+    # of a cone as far as its own terms tell
+    names.slots.seen |= {f"j->slip[{i}]" for i, c in contacts if c.kind.cone or c.elements}
     laws = [recurrences(force, *gaps) for force in forces]
     # these laws are asked for at every order: their contacts neither stick nor leave nor are rigid
     always = [laws[i] for i, c in contacts if c.kind.rubs and not c.sticks and c.depth is None]
@@ -164,7 +165,15 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
         "internal": recurrences(internal, *gaps, after=[*derived, *always]),
     }
     outputs = recurrences(_outputs(system, names), *gaps, names.forces, names.W, free_rates, after=derived)
-    texts = [*_texts(SERIES, functions, lambda body: body.lines), SERIES.function("model_outputs", outputs.lines)]
+    lengths = [
+        f"if (j->rising[{i}] != 1) j->slip[{i}][k] = jet_length(j->slip[{i}], j->slip[{i + 1}], j->slip[{i + 2}], k);"
+        for i, c in contacts
+        if c.kind.cone
+    ]
+    texts = [
+        *_texts(SERIES, functions, lambda body: body.lines + lengths * (body is slip)),
+        SERIES.function("model_outputs", outputs.lines),
+    ]
     return texts, _variations(functions), _discs(system, names, functions)
 
 
@@ -290,8 +299,8 @@ def _lever(system: HybridSystem, names: _Names) -> str:
     """What is left of every lever d slip/dv; of a switch, of the part of its rate that changes with its sign."""
     cases = []
     for i, contact in enumerate(system.contacts):
-        symbols = contact.slip.free_symbols
-        levers = [sympy.diff(contact.slip, v) for v in system.driven if v in symbols]
+        slips = [c.slip for c in (system.contacts[i + 1 : i + 3] if contact.kind.cone else [contact])]
+        levers = [sympy.diff(slip, v) for slip in slips for v in system.driven if v in slip.free_symbols]
         slopes: list[Any] = [system.G[i, i]] if contact.kind.surface and not system.inertia else levers
         ratios = [_part_left(sympy.sympify(slope), system, names.first) for slope in slopes if slope != 0]
         largest = ratios[0] if ratios else "0.0"

@@ -126,7 +126,7 @@ class ModelStructure:
     def _start_values(self, expressions: Iterable[sympy.Expr]) -> set[sympy.Basic] | None:
         """What is given at the start behind expressions, parameters too; None if the state of a contact is."""
         contacts = self.system.contacts
-        if any(c.reset or c.kind.rigid for c in contacts):
+        if any(c.reset or c.kind.rigid or c.kind.cone for c in contacts):
             return None
         behind: dict[Any, set[sympy.Basic]] = {c.slip_symbol: c.slip.free_symbols for c in contacts}
         behind |= {c.depth_symbol: c.depth.free_symbols for c in contacts if c.depth is not None}
@@ -186,7 +186,8 @@ class ModelStructure:
         stuck = [self._symbols([c.slip_rate, *c.capacities], free=True) for c in contacts]
         inertia = self._inertia_symbols
         together = set().union(inertia, *laws.values(), *stuck)
-        return {c.force_symbol: together if c.sticks or c.kind.impulsive else laws[c.force_symbol] for c in contacts}
+        shared = {c.force_symbol for c in contacts if c.sticks or c.kind.impulsive or c.kind.side}
+        return {force: together if force in shared else own for force, own in laws.items()}
 
     @cached_property
     def _accelerations(self) -> dict[Acceleration, set[sympy.Basic]]:

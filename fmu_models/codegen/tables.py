@@ -35,8 +35,9 @@ def facts(system: HybridSystem) -> list[str]:
         "rooted": (c.rooted for c in system.contacts),
         "resets": (c.reset_sides for c in system.contacts),
         "impulsive": (c.kind.impulsive for c in system.contacts),
-        "tangential": (not c.kind.normal for c in system.contacts),
+        "tangential": (not c.kind.normal and not c.kind.side for c in system.contacts),
         "rubs": (c.kind.rubs for c in system.contacts),
+        "cone": (_place_in_cone(system, i) for i in range(len(system.contacts))),
         "poisson": (c.poisson for c in system.contacts),
         "clocks": (sum(contact_kinds.TICK_BITS[name] for name in c.clocks) for c in system.contacts),
     }
@@ -55,6 +56,15 @@ def facts(system: HybridSystem) -> list[str]:
         of_contacts("const short", "first", firsts),
         *sparsity(system),
     ]
+
+
+def _place_in_cone(system: HybridSystem, i: int) -> int:
+    """1 of a cone, 2 and 3 of its sides, which stand behind it; 0 of others."""
+    return 1 + next(n for n in range(3) if system.contacts[i - n].kind.cone) if _is_conic(system, i) else 0
+
+
+def _is_conic(system: HybridSystem, i: int) -> bool:
+    return system.contacts[i].kind.cone or system.contacts[i].kind.side
 
 
 def sizes_of(system: HybridSystem, derived: int, slots: Slots, *, reach: bool) -> str:
@@ -84,6 +94,7 @@ def sizes_of(system: HybridSystem, derived: int, slots: Slots, *, reach: bool) -
         "REACH": int(reach),
         "RELEASES": int(any(contact.release is not None for contact in system.contacts)),
         "IMPACTS": sum(contact.kind.impulsive for contact in system.contacts),
+        "CONES": sum(contact.kind.cone for contact in system.contacts),
     }
     lines = [f'#define MODEL_NAME "{system.name}"', '#define MODEL_TOKEN "@TOKEN@"']
     lines += [f"#define MODEL_{name} {value}" for name, value in sizes.items()]

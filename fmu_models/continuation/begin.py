@@ -180,4 +180,5 @@ def problem_of(system: SectionSystem, over: str) -> Problem:
             f"A branch of '{system.name}' is followed at a strobe: name what forces it, or say that nothing does and "
             "give about how long its period is (autonomous=True, period=)."
         )
+    system.fmu.refuse_cones("branches")
     return FlowProblem(system, over) if system.fmu.ours else ImportedProblem(system, over)

@@ -234,6 +234,15 @@ class Fmu(Shown):
         counted = [name for name, v in self.variables.items() if v.declaredType and v.declaredType.name in types]
         return [name.removesuffix("_state") for name in counted]
 
+    def refuse_cones(self, what: str) -> None:
+        """StickslipError: it has friction with two directions, which ``what`` does not know."""
+        types = (self.variables[f"{name}_state"].declaredType for name in self.contacts)
+        if any(contact_kinds.BY_TYPE_NAME[str(type and type.name)].cone for type in types):
+            raise StickslipError(
+                f"'{self.description.modelName}' has friction with two directions, which {what} do not know yet. "
+                "Simulate it, or give the friction one slip speed."
+            )
+
     @cached_property
     def impacts(self) -> list[str]:
         """Names of the rigid contacts, their friction left out."""

@@ -28,6 +28,7 @@ def check_mechanism(mechanism: Body) -> None:
     _check_energies(mechanism)
     for contact in mechanism.contacts:
         contact.check(mechanism.coordinates)
+    _check_cones(mechanism)
     _check_symbols(mechanism)
     _check_numbers(mechanism)
 
@@ -106,6 +107,20 @@ def _check_energies(mechanism: Body) -> None:
             f"{mechanism.name}: some motion of the coordinates has no kinetic energy (singular mass matrix). "
             "Give it inertia, or leave out a coordinate."
         )
+
+
+def _check_cones(mechanism: Body) -> None:
+    """Refuse a second friction on a motion that friction with two directions rubs on: who holds how much is open."""
+    speeds = [q.v for q in mechanism.coordinates]
+    for contact in mechanism.contacts:
+        for other in mechanism.contacts if contact.kind.cone else ():
+            slips = [*contact.slips, *other.slips]
+            slopes = sympy.Matrix([[sympy.diff(slip, v) for v in speeds] for slip in slips])
+            if other is not contact and other.slips and slopes.rank() < len(slips):
+                raise StickslipError(
+                    f"{mechanism.name}: contacts '{contact.name}' and '{other.name}' rub on the same motion, one "
+                    "of them in two directions: nothing says which holds how much at rest. Put them into one law."
+                )
 
 
 def _check_numbers(mechanism: Body) -> None:

@@ -1,6 +1,7 @@
 """What the slip speed and the gap of a contact can get wrong, and the lesson each mistake is answered with."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import sympy
 
@@ -26,6 +27,31 @@ def check_slip(contact: str, slip: sympy.Expr, coordinates: Sequence[Coordinate]
         raise StickslipError(
             f"{where} = {slip} is not affine in the velocities; a slip speed is a difference of speeds such as "
             f"R*{coordinates[0].name}.v - v_belt"
+        )
+
+
+def check_turning(contact: str, slip: Any, law: Any) -> None:
+    """Refuse slips and laws that make no cone."""
+    where = f"contact '{contact}'"
+    if len(slip) != 2:
+        raise StickslipError(f"{where} has {len(slip)} slip speeds; a contact rubs along one direction or two.")
+    name, v = type(law).__name__, sympy.Dummy("v")
+    if not hasattr(law, "capacity_minus"):
+        raise StickslipError(f"{where}: {name} is no law of friction, which alone acts in two directions.")
+    if law.states:
+        raise StickslipError(
+            f"{where}: the law {name} has internal states ({', '.join(s.name for s in law.states)}) of one direction. "
+            "In two directions a law of the slip speed alone will do, such as Coulomb, Conti or Stribeck."
+        )
+    if law.capacity_minus != law.capacity or law.force(v, sympy.S.One) + law.force(-v, -sympy.S.One) != 0:
+        raise StickslipError(
+            f"{where}: the law {name} has other friction one way than the other. In two directions it must be the same "
+            "whichever way the contact slips."
+        )
+    if not law.sticks:
+        raise StickslipError(
+            f"{where}: the law {name} never sticks. With two directions the contact is to stick: take the law that it "
+            "smooths, or one contact for each direction."
         )
 
 

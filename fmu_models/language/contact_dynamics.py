@@ -99,7 +99,8 @@ class ContactDynamics:
     def states(self) -> tuple[int, ...]:
         """The states that it can be in, in the order of its kind's ``state_words``."""
         possible = {STICK: self.sticks, RELEASED: self.release is not None, AWAY: self.depth is not None}
-        return tuple(state for state in self.kind.state_words if self.kind.led or possible.get(state, True))
+        follows = self.kind.led or self.kind.side
+        return tuple(state for state in self.kind.state_words if follows or possible.get(state, True))
 
     @property
     def clocks(self) -> tuple[str, ...]:

@@ -9,6 +9,8 @@ A kind is a row of data. Whoever needs to know how a contact behaves asks its ki
     yield              -       -       x      whatever holds a state at its bound, pushing inwards
     impact             x       x       -      whatever keeps the gap closed, and impulses
     impact_friction    -       x       -      bounded by mu times the force of its partner
+    cone               -       -       -      friction with two directions: its slip, its law, whether it sticks
+    cone_side          -       -       -      one of its directions, where its forces act
 
 A declared contact lowers to one or several of these (``dynamics``); a new declaration that lowers to rows which stand
 here needs nothing else. The generated C has the numbers of the states and the properties of every contact from here.
@@ -66,6 +68,8 @@ class ContactKind:
         rigid: its force has no law of its own: all of these come from one system of equations, impulses too.
         surface: y is a switching function, not a speed.
         yields: y is what is left of a state to its bound, which holds it from one side.
+        cone: y is the length of a vector, of which the contacts behind it have a side each.
+        side: its state is that of the cone before it.
     """
 
     name: str
@@ -79,6 +83,8 @@ class ContactKind:
     rigid: bool = False
     surface: bool = False
     yields: bool = False
+    cone: bool = False
+    side: bool = False
 
     @property
     def words(self) -> str:
@@ -118,7 +124,7 @@ class ContactKind:
     @property
     def rubs(self) -> bool:
         """Whether it is dry, along a speed."""
-        return self.dry and not self.surface
+        return self.dry and not self.surface and not self.side
 
 
 _FRICTION = {SLIP_MINUS: "slip in negative direction", STICK: "stick", SLIP_PLUS: "slip in positive direction"}
@@ -168,7 +174,10 @@ IMPACT = ContactKind(
 IMPACT_FRICTION = ContactKind(
     "impact_friction", _FRICTION | {AWAY: "away (open)"}, _RUBS, ("stick", "slip"), "slip", _STICKS, rigid=True
 )
+_TURNS = {SLIP_PLUS: "slip", STICK: "stick", AWAY: "away"}
+CONE = ContactKind("cone", _TURNS, _TURNS, ("stick", "slip"), "slip", _STICKS, cone=True)
+CONE_SIDE = ContactKind("cone_side", _TURNS, _TURNS, (), "", _STICKS, side=True)
 # what C asks of a kind
 TRAITS = ("compliant", "impulsive", "surface", "rubs", "led")
-KINDS = {kind.name: kind for kind in (FRICTION, STOP, SWITCH, YIELD, IMPACT, IMPACT_FRICTION)}
+KINDS = {kind.name: kind for kind in (FRICTION, STOP, SWITCH, YIELD, IMPACT, IMPACT_FRICTION, CONE, CONE_SIDE)}
 BY_TYPE_NAME = {kind.type_name: kind for kind in KINDS.values()}

@@ -44,7 +44,7 @@ def derived_outputs(mechanism: Mechanism, contacts: Sequence[ContactDynamics]) -
     supplied = [force * q.v for q, force in mechanism.applied.items()]
     supplied += [along(U, standing), -along(T, standing), moving(frame)]
     lost = [along(mechanism.dissipation, {v: v for v in velocities})]
-    stored, bodily = [], [contact for contact in contacts if not contact.kind.surface]
+    stored, bodily = [], [contact for contact in contacts if not (contact.kind.surface or contact.kind.cone)]
     for force, speed in filter(None, (contact.steady for contact in mechanism.contacts)):
         supplied.append(-force * multiplied_out(speed).xreplace(at_rest))
         lost.append(-force * speed)

@@ -69,6 +69,8 @@ def of_contact(contact: ContactDynamics) -> dict[str, Line]:
         if contact.depth is not None:
             lines["present where"] = (contact.depth, " >= 0")
         return lines
+    if contact.kind.side:
+        return {"v, slip speed": (contact.slip,), "lambda": ("against the slip, of all; in stick what holds it",)}
     if contact.kind.compliant:
         ends = "gap" if contact.release is None else "force"
         lines = {"d, depth": (depth,), "v, its rate": (contact.slip,)}

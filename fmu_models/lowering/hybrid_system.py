@@ -97,8 +97,13 @@ class HybridSystem:
         return only_parameters([*self.W.values(), *self.G.values(), *self.inertia.values()])
 
     def written_out(self) -> HybridSystem:
-        """This system, which must have a, W and G written out. StickslipError: its mass matrix is left to the generated
-        code."""
+        """This system, which must have a, W and G written out, and directions apart. StickslipError: its mass matrix is
+        left to the generated code, or friction has two directions."""
+        if any(contact.kind.cone for contact in self.contacts):
+            raise StickslipError(
+                f"{self.name} has friction with two directions, which only the engine knows. Simulate it, "
+                "or give the friction one slip speed."
+            )
         if self.inertia:
             raise StickslipError(
                 f"{self.name}: its mass matrix of {len(self.driven)} coordinates is factored in the generated code; "

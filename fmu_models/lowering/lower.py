@@ -38,7 +38,10 @@ def lower(model: Mechanism | Automaton | Map) -> HybridSystem:
     )
     for contact in model.contacts:
         contacts += contact.dynamics(rates, len(contacts))
-    levers = [{index[v]: sympy.diff(c.slip, v) for v in c.slip.free_symbols if v in index} for c in contacts]
+    levers = [
+        {index[v]: sympy.diff(c.slip, v) for v in c.slip.free_symbols if v in index and not c.kind.cone}
+        for c in contacts
+    ]
     mass = {**mass_entries(model), **{(i, i): sympy.S.One for i in range(len(coordinates), len(index))}}
     a, W, G, inertia = _solved(mass, [*generalised_forces(model), *(rate for _, rate in held)], levers)
     carried = [{index[z]: rate for z, rate in c.carries.items()} for c in contacts]

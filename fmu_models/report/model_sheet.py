@@ -112,7 +112,7 @@ def _coupled(mechanism: Mechanism, system: HybridSystem, forces: sympy.Matrix) -
     for i, q in enumerate(mechanism.coordinates):
         right: Any = sympy.expand(free[i])
         for c, contact in enumerate(system.contacts):
-            right += sympy.diff(contact.slip, q.v) * forces[c]
+            right += sympy.S.Zero if contact.kind.cone else sympy.diff(contact.slip, q.v) * forces[c]
         lines.append(f"{readable(inertia[i])} = {readable(right)}")
     return lines
 

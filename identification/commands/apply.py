@@ -66,7 +66,7 @@ def apply(
         values = handed.values
         advance(0.1)
         _write(handed, source, output, kind, fmi, overwrite)
-    notes = _notes(source, kind)
+    notes = [*handed.assumed, *_notes(source, kind)]
     content = {
         "file": str(output),
         "values": {
@@ -104,11 +104,13 @@ def _renamed(names: list[str] | None) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class _Handed:
-    """name: of the rig or machine; values: that are handed on; fmu: its own, in a version of FMI."""
+    """name: of the rig or machine; values: that are handed on; fmu: its own, in a version of FMI; assumed: of normal
+    force and temperature, in sentences."""
 
     name: str
     values: tuple[HandedValue, ...]
     fmu: Callable[[str], Fmu]
+    assumed: tuple[str, ...] = ()
 
 
 def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[str, str]) -> _Handed:
@@ -131,6 +133,7 @@ def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[st
         made = machine_with(declared.mechanism, fit)
         values = machine_values(made, fit, only=only, renamed=renamed)
         return _Handed(fit.machine, values, lambda fmi: Fmu.open(built(made, fmi_version=fmi)))
+    from identification.fit.followed import followed_in
     from identification.fit.result import read_fit
     from identification.fitted_model.model import fitted_model
     from identification.transfer.values import handed_values
@@ -138,7 +141,8 @@ def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[st
     refuse(RIG, MACHINE, {"machine": machine})
     found = read_fit(fitted)
     values = handed_values(found, only=only, renamed=renamed)
-    return _Handed("rig", values, lambda fmi: fitted_model(found, fmi_version=fmi).fmu)
+    assumed = followed_in(found.structure)
+    return _Handed("rig", values, lambda fmi: fitted_model(found, fmi_version=fmi).fmu, assumed)
 
 
 def _write(handed: _Handed, source: Path | None, output: Path, kind: str, fmi: str, overwrite: bool) -> None:

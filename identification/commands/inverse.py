@@ -66,7 +66,15 @@ def inverse(
         str | None,
         typer.Option(help="instruments (default) or 'least squares' (default of a recipe with its own filters)."),
     ] = None,
-    laws: Annotated[bool, typer.Option("--laws", help="Compare friction laws, joint by joint.")] = False,
+    laws: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME,...",
+            help="Compare friction laws, joint by joint: 'usual', or names such as Coulomb,Conti,Dahl,LuGre+viscous "
+            "(default: none, or those of the recipe).",
+            show_default=False,
+        ),
+    ] = None,
     repair: Repairs = None,
     reader: ReaderOption = None,
     *,
@@ -84,10 +92,12 @@ def inverse(
     with console.warnings_said(), console.progress("fitting") as advance:
         from identification.machines.identify import METHODS
         from identification.machines.inverse import identify_machine
-        from identification.machines.joint_laws import LAWS
+        from identification.machines.joint_laws import LAWS, check_laws
         from identification.machines.read import is_recipe, machine_at
         from identification.report.machine_tables import machine_report
 
+        names = LAWS if laws == "usual" else console.names_of(laws)
+        check_laws(names)
         own = is_recipe(recipe) and not (cutoff or parallel_cutoff or method or still)
         machine = machine_at(recipe, gravity_of(gravity), columns_of(columns))
         seen, others = (
@@ -105,7 +115,7 @@ def inverse(
             machine.mechanism, seen, held_out=others, progress=lambda done: advance(0.2 + 0.7 * done), **how
         )
         fit = replace(
-            machine.compared(fit, seen, LAWS if laws else ()),
+            machine.compared(fit, seen, names),
             declaration=recipe,
             gravity=gravity_of(gravity),
             columns=columns_of(columns),

@@ -290,7 +290,19 @@ def regress(
     """`reduced`, and its solution."""
     problem, limits = reduced(ready, law, equations, window, options), options.given
     solution = solve(problem, limits.start(problem), fixed=limits.fixed(problem), progress=options.progress)
-    return problem, solution
+    build = problem.rebuild
+    if build is None or not any(term.prior for term in problem.terms):
+        return problem, solution
+    # what is known beforehand weighs against residuals of unit variance
+    left = solution.evaluation.residual
+    deviation = float(np.sqrt(left @ left / (len(left) - len(solution.values))))
+
+    def scaled(moved: Mapping[str, float]) -> Regression:
+        these = build(moved)
+        return replace(these, whiten=tuple(rows / deviation for rows in these.whiten))
+
+    problem = replace(problem, regression=scaled({}), rebuild=scaled)
+    return problem, solve(problem, solution.values, fixed=limits.fixed(problem), progress=options.progress)
 
 
 def reduced(ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options) -> RegressionProblem:

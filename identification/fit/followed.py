@@ -3,7 +3,7 @@ them, and how much worse the same law is without."""
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 
 import numpy as np
 
@@ -21,6 +21,12 @@ from identification.measurement.pooled import Pool
 from identification.measurement.stated import weighed
 
 FREEZES = 273.15  # K
+FORCE, AT = "friction is in proportion to the normal force of the load cell, ", "the law is that at "
+
+
+def followed_in(structure: Sequence[str]) -> tuple[str, ...]:
+    """What a fit that is read back assumed of normal force and temperature, as sentences."""
+    return tuple(f"Assumed: {line}." for line in structure if line.startswith((FORCE, AT)))
 
 
 def followed(ready: Pool, law: FittableLaw, held: Container[str] = ()) -> Iterator[str]:
@@ -30,7 +36,7 @@ def followed(ready: Pool, law: FittableLaw, held: Container[str] = ()) -> Iterat
     if weighed(ready.motions) and terms and CELL not in held:
         force = np.concatenate([motion.loads[0] for motion in ready.motions if motion.loads is not None])
         yield (
-            f"friction is in proportion to the normal force of the load cell, {force.min():.3g} to {force.max():.3g} N"
+            f"{FORCE}{force.min():.3g} to {force.max():.3g} N"
             + _missed(ready, law, terms, CELL, "where it is taken as its mean")
         )
     rows = [motion.warmer for motion in ready.motions if motion.warmer is not None]
@@ -42,7 +48,7 @@ def followed(ready: Pool, law: FittableLaw, held: Container[str] = ()) -> Iterat
         yield f"the temperature, {span}, changes too little to show its effect on friction"
         return
     yield (
-        f"the law is that at {mean:.4g} K ({mean - FREEZES:.3g} degC), and friction 1 + a_T (T - {mean:.4g} K) times "
+        f"{AT}{mean:.4g} K ({mean - FREEZES:.3g} degC), and friction 1 + a_T (T - {mean:.4g} K) times "
         f"it, {span}" + _missed(ready, law, terms, TEMPERATURE, "where the temperature is ignored")
     )
 

@@ -74,8 +74,9 @@ class FrictionFit(Moving):
 
     contacts: the driving discs, in the order of materials; structure: what was assumed; correlation: of the parameters,
     in their order, from noise; rms_residual: in ``residual_unit``, of the friction coefficient (1) or of the measured
-    motion; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by the encoder;
-    nuisance: what else was estimated, with what was known of it; covariance: how the standard deviations were found;
+    motion; autocorrelation: of successive residuals (0: white); sensors: corrections of the laser by the encoder, and
+    ``temperature``, K, the mean of the logs, where they record it; nuisance: what else was estimated, with what was
+    known of it; covariance: how the standard deviations were found;
     intervals: by profile likelihood or bootstrap, where asked for; collinearity: whether the parameters can be told
     apart; whiteness: tests of the residuals; presliding: stiffness of the contact in stick, where the logs show one;
     breakaway: where the sticks of one driving disc let go, and whether that ages;

@@ -47,9 +47,9 @@ def bins(rows: FrictionRows, disc: int, contact: str) -> list[SpeedBin]:
 
 def sensors(ready: Pool) -> dict[str, float]:
     fit, velocity = ready.sensors, ready.sensors.velocity
-    values: dict[str, float] = {}
+    values: dict[str, float] = {} if ready.temperature is None else {"temperature": ready.temperature}
     if velocity is not None:
-        values = {f"velocity_{field.name}": getattr(velocity, field.name) for field in fields(velocity)[1:]}
+        values |= {f"velocity_{field.name}": getattr(velocity, field.name) for field in fields(velocity)[1:]}
     if fit.lines == 0:
         return values
     deviation = np.sqrt(np.diag(fit.covariance))

@@ -94,6 +94,8 @@ def _fitted(
     law: LoopLaw, logs: Sequence[LoopLog], others: Sequence[LoopLog], spectrum: SliderSpectrum, load: float | None
 ) -> FittedLaw:
     """A law by least squares from the sliders' first values."""
+    if law.timed and not spectrum.rate:
+        return FittedLaw(law.name, why="it depends on the speed, and not all logs have times")
     scale, center = load or 1.0, logs[0].center
     per_load = replace(spectrum, stiffness=spectrum.stiffness * scale)
     if per_load.sliding_force() <= 0:

@@ -1,7 +1,7 @@
 """Laws that start from the sliders of a log: each with its declaration, its parameters and where a search begins."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -14,9 +14,11 @@ from fmu_models.language.hysteresis.bouc_wen_baber_noori import BoucWenBaberNoor
 from fmu_models.language.hysteresis.contact import Hysteresis
 from fmu_models.language.hysteresis.dahl import Dahl
 from fmu_models.language.hysteresis.iwan4 import Iwan4
-from fmu_models.language.hysteresis.law import HysteresisLaw
+from fmu_models.language.hysteresis.law import HysteresisLaw, OfSlip
 from fmu_models.language.hysteresis.play import Play
 from fmu_models.language.hysteresis.sliders import MaxwellSlip
+from fmu_models.language.laws.conti import Conti
+from fmu_models.language.laws.lugre import LuGre
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Input, Parameter
 from identification.hysteresis.spectrum import SliderSpectrum
@@ -30,13 +32,14 @@ Values = Mapping[str, float]
 class LoopLaw:
     """A law as it is fitted to loops. name: as the command takes it; law: with its parameters; first: first values of
     its parameters, from the sliders; guesses: starts of the search that are scored; 1: the first values are near;
-    bounds: of the search, by parameter, for first values."""
+    bounds: of the search, by parameter, for first values; timed: it depends on the speed."""
 
     name: str
     law: HysteresisLaw
     first: Callable[[SliderSpectrum], dict[str, float]]
     guesses: int = 1
     bounds: Callable[[SliderSpectrum], dict[str, tuple[float, float]]] = lambda spectrum: {}
+    timed: bool = False
 
     def at(self, values: Values) -> HysteresisLaw:
         """The law in numbers, for a mechanism of one's own."""
@@ -189,13 +192,40 @@ def _behind_play(law: LoopLaw) -> LoopLaw:
     return LoopLaw(f"Play-{law.name}", Play(law.law, w), first, guesses=64, bounds=bounds)
 
 
+def _first_bristles(spectrum: SliderSpectrum) -> dict[str, float]:
+    force = spectrum.sliding_force()
+    falling = {"F_k": 0.95 * force, "F_f": 0.1 * force, "p": 20 / float(spectrum.widths.max(initial=1e-300))}
+    return falling | {"sigma0": spectrum.stiffness_at_rest(), "sigma1": 0.0}
+
+
+def _bristle_bounds(spectrum: SliderSpectrum) -> dict[str, tuple[float, float]]:
+    """What falls by much, or only where speeds are nil, cannot be told from bristles alone."""
+    first = _first_bristles(spectrum)
+    return {"F_f": (0.0, 20 * first["F_f"]), "p": (first["p"] / 100, 10 * first["p"])}
+
+
+_KINETIC = Parameter("F_k", 1.0, "N", "sliding force at great speed", positive=True)
+_BRISTLES = LuGre(
+    steady=Conti(
+        N=sympy.S.One,
+        mu_s=_KINETIC + Parameter("F_f", 0.1, "N", "by how much it falls with the speed", minimum=0.0),
+        mu_k=_KINETIC,
+        p=Parameter("p", 1.0, "s/m", "how soon it falls", minimum=0.0),
+    ),
+    sigma0=_stiff("sigma0"),
+    sigma1=Parameter("sigma1", 0.0, "N s/m", "damping of the bristles", minimum=0.0),
+)
+
+
 LAWS: dict[str, LoopLaw] = {
     law.name: law
     for law in (
         _sliders(1),
         _sliders(2),
+        _sliders(3),
         _sliders(4),
         _DAHL,
+        LoopLaw("LuGre", OfSlip(_BRISTLES), _first_bristles, bounds=_bristle_bounds, timed=True),
         _behind_play(_sliders(2)),
         _behind_play(_DAHL),
         LoopLaw(
@@ -221,9 +251,9 @@ USUAL = ("MaxwellSlip-2", "MaxwellSlip-4", "Dahl", "BoucWen-1", "BoucWen-2")
 
 def _in_numbers(law: Any, values: Values) -> HysteresisLaw:
     def number(part: object) -> object:
-        if isinstance(part, Parameter):
-            return float(values[part.name])
-        if isinstance(part, HysteresisLaw):
+        if isinstance(part, sympy.Expr) and all(isinstance(s, Parameter) for s in part.free_symbols):
+            return float(part.subs({s: values[str(s)] for s in part.free_symbols}))
+        if is_dataclass(part):
             return _in_numbers(part, values)
         return [number(inner) for inner in part] if isinstance(part, list | tuple) else part
 

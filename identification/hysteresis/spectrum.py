@@ -119,7 +119,7 @@ def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: b
     widths = np.geomspace(fastest / FINEST, fastest, SPEEDS) if rate else np.zeros(0)
     rows = [_columns(log, bound, widths, tuple(factors), rate, loaded) for log in logs]
     way, force = (np.concatenate([getattr(log, name) for log in logs]) for name in ("way", "force"))
-    weights = _non_negative(np.vstack(rows), np.column_stack([way - way.mean(), np.ones(len(way))]), force)
+    weights = non_negative(np.vstack(rows), np.column_stack([way - way.mean(), np.ones(len(way))]), force)
     n, count = 1 + len(factors), SLIDERS
     parts = np.split(weights, [count * n, (count + len(widths)) * n, (count + len(widths) + rate) * n])
     spring, offset = parts[3]
@@ -151,7 +151,7 @@ def _columns(
     return columns * log.load[:, None] if loaded and log.load is not None else columns
 
 
-def _non_negative(columns: np.ndarray, free: np.ndarray, force: np.ndarray) -> np.ndarray:
+def non_negative(columns: np.ndarray, free: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Weights that are not negative of ``columns``, then those of ``free`` of any sign."""
     from scipy.optimize import nnls
 

@@ -3,7 +3,7 @@
     of one joint alone     effort = columns of what is no friction + law, all found together
     of joint j of several  tau_j - (Y theta)_j over what is no friction, at its values = offset + law
 
-A law is a function of the joint's own velocity.
+A law is a function of the joint's own velocity, or remembers its way (`memory`).
 """
 
 from collections.abc import Sequence
@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 import sympy
 
+from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.language.mechanism import Mechanism
-from identification.inference.comparison import Comparing, LawComparison, compare_problems
+from identification.inference.comparison import Comparing, LawComparison, compare_problems, single_law
 from identification.inference.problem import Solution, Unknown, solve
 from identification.laws import find_law, slip_laws
 from identification.laws.law import FittableLaw
 from identification.machines.machine_fit import MachineFit
+from identification.machines.memory import SEARCH, JointMemory, joint_memory, memory_laws, presliding, resolution_of
 from identification.machines.motion import JointMotion, MachineLog, motions
 from identification.machines.predicted import cutoffs_of
 from identification.machines.problem import JointFriction, MachineProblem, Sign, machine_problem
@@ -27,12 +29,21 @@ from identification.machines.rows import PARTS, Rows, check_excited, rows_of
 
 BY_DIRECTION = "Coulomb+viscous by direction"  # no function of slip speed alone
 LAWS = ("Coulomb", "Coulomb+viscous", "Stribeck+viscous", BY_DIRECTION)
+VISCOUS = "+viscous"  # behind a law with memory: what grows with the speed beside it
+LINEAR = ("F_c+", "F_c-", "F_v")  # columns of friction
 COEFFICIENT = "mu"  # parameters of a law that begin so are friction coefficients, or proportional to them
 
 
 def comparable() -> tuple[str, ...]:
     """Names of the laws of friction force that may be compared."""
-    return (*slip_laws(), BY_DIRECTION)
+    return (*slip_laws(), BY_DIRECTION, *(name + more for name in memory_laws() for more in ("", VISCOUS)))
+
+
+def check_laws(laws: Sequence[str]) -> None:
+    """Refuse laws that cannot be compared. StickslipError: there is no such law."""
+    for name in laws:
+        if not set(name) & {".", ":"}:  # of a file or a module
+            refuse_unknown(name, comparable(), f"There is no friction law '{name}'.")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -107,24 +118,51 @@ def compare_joint_laws(
     Raises:
         StickslipError: as in `motions`; there is no such law; or a log is too short to compare laws by.
     """
+    check_laws(laws)
     regressor = regressor_of(mechanism, fit.known)
     pieces = motions(logs, regressor.joints, cutoffs_of(fit))
     stacked = rows_of(regressor, base_parameters(regressor), pieces)
     comparisons = {}
     for number, joint in enumerate(fit.joints):
+        turning = joint.unit == "N m"
         rows = _beside_friction(fit, stacked.where(stacked.joint == number), joint.unit, len(fit.joints) == 1)
+        remember = [name for name in laws if name.removesuffix(VISCOUS) in memory_laws()]
+        aside: dict[str, str] = {}
+        sliders, step = None, resolution_of(logs, number)
+        if remember:
+            try:
+                sliders, left = presliding(rows, pieces, number, step)
+                # what they leave is the unit of residuals: what a joint remembers at first is known beside it
+                rows = replace(rows, deviation=np.array([left]))
+            except StickslipError as error:
+                aside = dict.fromkeys(remember, str(error))
         problems: dict[str, MachineProblem] = {}
         for name in laws:
-            candidates = _by_direction(rows, pieces, number, joint.unit) if name == BY_DIRECTION else rows
+            if name in aside:
+                continue
+            candidates, friction = _candidates(name, rows, pieces, number, joint.unit), None
             check_excited(candidates, ", ".join(fit.logs))
-            scale = normal_force or float(np.sqrt(np.mean(rows.effort**2)))
-            force = None if name == BY_DIRECTION else force_law(find_law(name), scale, joint.unit == "N m")
-            problems[name] = machine_problem(candidates, force and JointFriction(force, pieces, number, sign))
-        solutions = {name: solve(problem) for name, problem in problems.items()}
+            if sliders and name in remember:
+                form = name.removesuffix(VISCOUS)
+                friction = joint_memory(form, sliders, pieces, number, step, turning=turning)
+            elif name != BY_DIRECTION:
+                scale = normal_force or float(np.sqrt(np.mean(rows.effort**2)))
+                friction = JointFriction(force_law(find_law(name), scale, turning), pieces, number, sign)
+            problems[name] = machine_problem(candidates, friction)
+        solutions = {
+            name: solve(problem, **(SEARCH if isinstance(problem.friction, JointMemory) else {}))
+            for name, problem in problems.items()
+        }
         # a law whose friction drives the joint is put aside
         warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
-        options = Comparing("hac", PARTS, warnings)
-        comparisons[joint.joint] = compare_problems(problems, [joint.joint], solutions=solutions, options=options)
+        if len(problems) == 1:
+            ((name, problem),) = problems.items()
+            found = single_law(name, problem, solutions[name], [joint.joint], f"{name} alone could be fitted.")
+        else:
+            options = Comparing("hac", PARTS, warnings)
+            found = compare_problems(problems, [joint.joint], solutions=solutions, options=options)
+        scores = tuple(replace(score, rms=score.rms * float(rows.deviation[0])) for score in found.scores)
+        comparisons[joint.joint] = replace(found, scores=scores, aside=aside)
     return comparisons
 
 
@@ -148,6 +186,7 @@ def with_laws(
             for score in comparison.scores
             if score.warnings
         ]
+        aside += [f"{law} is left aside on '{joint}': {why}" for law, why in comparison.aside.items()]
         notes += [f"Friction laws of '{joint}': {comparison.verdict}", *aside]
     return replace(fit, laws=comparisons, verdicts=(*fit.verdicts, *notes))
 
@@ -178,34 +217,43 @@ def _steady(rows: Rows) -> np.ndarray:
     return np.ptp(rows.columns, axis=0) < 1e-6 * np.max(np.abs(rows.columns), axis=0)
 
 
-def _by_direction(rows: Rows, pieces: Sequence[JointMotion], joint: int, unit: str) -> Rows:
-    """Rows with friction of each direction in place of an offset, which is half the difference of both directions."""
-    steady = _steady(rows)
-    free = tuple(unknown for unknown, constant in zip(rows.unknowns, steady, strict=True) if not constant)
+def _candidates(name: str, rows: Rows, pieces: Sequence[JointMotion], joint: int, unit: str) -> Rows:
+    """Rows with the columns that a law is linear in: friction of each direction in place of an offset, which is half
+    the difference of both, or viscous friction beside a law with memory."""
     viscous = "N m s/rad" if unit == "N m" else "N s/m"
+    names: tuple[str, ...] = ()
+    kept = np.ones(len(rows.unknowns), dtype=bool)
+    if name == BY_DIRECTION:
+        names, kept = ("F_c+", "F_c-", "F_v+", "F_v-"), ~_steady(rows)
+    elif name.endswith(VISCOUS) and name.removesuffix(VISCOUS) in memory_laws():
+        names = ("F_v",)
 
     def of(v: np.ndarray) -> np.ndarray:
         sign = np.sign(v)
         shapes = (np.maximum(sign, 0), np.minimum(sign, 0), np.maximum(v, 0), np.minimum(v, 0))
-        return np.stack(shapes, axis=1)
+        return np.stack(shapes if name == BY_DIRECTION else (v,), axis=1)
 
-    names = ("F_c+", "F_c-", "F_v+", "F_v-")
-    terms = tuple(Unknown(name, viscous if name.startswith("F_v") else unit) for name in names)
+    if not names:
+        return rows
+    free = tuple(unknown for unknown, keep in zip(rows.unknowns, kept, strict=True) if keep)
+    terms = tuple(Unknown(term, viscous if term.startswith("F_v") else unit) for term in names)
     columns = np.concatenate([piece.thinned(of(piece.velocity[:, joint])) for piece in pieces])
-    return replace(rows, unknowns=(*free, *terms), columns=np.concatenate([rows.columns[:, ~steady], columns], axis=1))
+    return replace(rows, unknowns=(*free, *terms), columns=np.concatenate([rows.columns[:, kept], columns], axis=1))
 
 
 def _meaning(problem: MachineProblem, solution: Solution) -> tuple[str, ...]:
     """The reasons why the values of a law have no meaning."""
+    named = list(zip(problem.unknowns, solution.values, solution.at_bound, strict=True))
+    wrong = [f"{u.name} = {value:.4g}" for u, value, _ in named if u.name.startswith(LINEAR) and value < 0]
+    driving = (f"{', '.join(wrong)} below zero: friction that drives.",) if wrong else ()
     if problem.friction is None:
-        friction = [
-            (u.name, value)
-            for u, value in zip(problem.unknowns, solution.values, strict=True)
-            if u.name.startswith(("F_c", "F_v"))
-        ]
-        wrong = [f"{name} = {value:.4g}" for name, value in friction if value < 0]
-        return (f"{', '.join(wrong)} below zero: friction that drives.",) if wrong else ()
-    named = zip(problem.unknowns, solution.values, solution.at_bound, strict=True)
-    ends = [f"{unknown.name} = {value:.3g} at the end of its range" for unknown, value, at in named if at]
-    warnings = problem.friction.law.warnings(solution.values[len(problem.rows.unknowns) :])
-    return (*warnings, *((f"{', '.join(ends)}.",) if ends else ()))
+        return driving
+    warned = problem.friction.warnings(problem, solution)
+    # a law with memory may lack what can be nil, such as a damping of bristles
+    least = 0.0 if isinstance(problem.friction, JointMemory) else None
+    ends = [
+        f"{u.name} = {value:.3g} at the end of its range"
+        for u, value, at in named
+        if at and u.prior is None and u.minimum != least
+    ]
+    return (*driving, *warned, *((f"{', '.join(ends)}.",) if ends else ()))

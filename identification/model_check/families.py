@@ -16,10 +16,12 @@ import numpy as np
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Pictured
+from identification.fit.followed import followed_in
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, SimulatedMotion, arrangement_of, fitted_model, rig_constants
 from identification.measurement.motion import DiscMotion
 from identification.model_check import bifurcations as bifurcations
+from identification.model_check.at_log import model_at, swayed
 from identification.model_check.bifurcations import BifurcationComparison, MeasuredBifurcation, Transition
 from identification.model_check.portraits import (
     MEANING,
@@ -133,10 +135,14 @@ def _family(
     motions = sorted(motions, key=lambda motion: drive_speeds(motion)[varied])
     members = []
     for number, motion in enumerate(motions):
-        members.append(_member(model, processing, motion))
+        try:
+            members.append(_member(model_at(fit, model, motion), processing, motion))
+        except StickslipError as error:
+            raise StickslipError(" ".join((str(error), *swayed(motion)))) from error
         progress(0.5 * (number + 1) / len(motions))
     fixed, notes = _fixed_speeds(motions, varied)
     notes = (*(f"Log '{member.log}' {member.settling.words}." for member in members if member.settling), *notes)
+    notes = (*followed_in(fit.structure), *(words for motion in motions for words in swayed(motion)), *notes)
     if fixed is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)
     predicted, hopf = _predicted(model, varied, fixed, [member.drive_speeds[varied] for member in members])

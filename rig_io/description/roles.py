@@ -17,6 +17,7 @@ from rig_io.logs.table import Table
 from rig_io.logs.text_layout import unit_like
 
 LIKELY = 0.6  # confidence from which on a role is proposed
+ACROSS = "a force along the motion: 'stickslip hysteresis' fits it"
 FOLLOWS = 0.9  # of the steps of a count at which a column of edge times must leap
 
 
@@ -133,7 +134,8 @@ def _header_unit(table: Table, name: str) -> str | None:
 def _proposal(table: Table, name: str, choice: tuple[float, str, str, str | None] | None) -> Proposal:
     header = _header_unit(table, name)
     if choice is None:
-        return Proposal(name, None, header, header, 0.0, "nothing speaks for a role", {})
+        reason = ACROSS if "friction" in named(name) else "nothing speaks for a role"
+        return Proposal(name, None, header, header, 0.0, reason, {})
     confidence, role, reason, unit = choice
     guessed = {} if name == role else {"role": reason}
     if COLUMNS[role].whole:

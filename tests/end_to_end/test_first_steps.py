@@ -11,11 +11,10 @@ from pathlib import Path
 import pytest
 
 import fmu_models
+from fmu_models.analyses.declaration import ANALYSES
 from identification.commands import application
 
-COMMANDS = sorted(
-    command.name or command.callback.__name__ for command in application.whole().registered_commands if command.callback
-)
+COMMANDS = sorted({*application.COMMANDS, *ANALYSES.names()} - {*application.GROUPS})
 
 # command lines with a path that does not exist; what stands before it exists
 MISSING = (

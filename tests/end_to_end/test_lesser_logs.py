@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from rig_io.packages.datapackage import write_package
+from tests.helpers.weighed_logs import weighed_logs
+
 
 def test_an_encoder_alone_and_a_nominal_speed_from_files(stickslip, tmp_path: Path) -> None:
     folder, fit = tmp_path / "logs", tmp_path / "fit.json"
@@ -34,6 +37,24 @@ def test_a_load_cell_from_files(stickslip, tmp_path: Path) -> None:
     assert force["from"] == "load cell" and abs(force["sd"] / force["value"] - 0.005) < 1e-4
     for one, truth in zip(found.json["parameters"], (0.65, 0.35, 15.0), strict=True):
         assert abs(one["value"] - truth) < 0.08 * truth
+
+
+def test_a_normal_force_and_a_temperature_from_files(stickslip, tmp_path: Path) -> None:
+    folder, fit = tmp_path / "logs", tmp_path / "fit.json"
+    write_package(folder, weighed_logs(["ramps", "sine"], 0.004, speeds=(0.83, 1.4)))
+    found = stickslip("fit", folder, "--estimator", "weak-form", "--result", fit)
+    assert found.code == 0
+    told = " ".join(found.out.split())
+    assert "Assumed: " in told and "the normal force of the load cell, 3.4" in told
+    (rise,) = (one for one in json.loads(fit.read_text())["nuisance"] if one["name"] == "a_T")
+    assert abs(rise["value"] - 0.004) < 3 * rise["sd_noise"] < 0.0012
+    notes = stickslip("apply", fit, "-o", tmp_path / "rig.ssv", "--json").json["notes"]
+    assert [note[:33] for note in notes[:2]] == [
+        "Assumed: friction is in proportio",
+        "Assumed: the law is that at 295 K",
+    ]
+    compared = stickslip("compare", fit, folder, "--no-uncertainty")
+    assert compared.code != 0 and "'paper-rubber-0.83' goes from 3.93 to 5.88 N, the model runs at" in compared.err
 
 
 def test_a_velocity_sensor_from_files(stickslip, tmp_path: Path) -> None:

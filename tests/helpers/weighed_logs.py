@@ -46,13 +46,14 @@ def weighed_logs(
     rise: float = 8.0,
     speeds: Sequence[float] = (0.41, 0.83, 1.4),
     duration: float = 8.0,
+    transient: float = 3.0,
     seed: int = 0,
     **settings: object,
 ) -> list[RigLog]:
     """Logs at several speeds, rad/s, with a course of the normal force each, and a free decay; each begins where the
     last one's temperature was, and all together it rises by ``rise`` K. a: 1/K."""
     logs = []
-    plain: list[Emulation] = standard_set("paper/rubber", speeds, duration=duration, transient=3.0, **settings)
+    plain: list[Emulation] = standard_set("paper/rubber", speeds, duration=duration, transient=transient, **settings)
     for number, one in enumerate(plain):
         noise = np.random.default_rng([seed, number, 99])
         if not one.discs:

@@ -9,11 +9,12 @@ import mpmath
 import numpy as np
 import pytest
 from forty_digits import Field
+from lazy_fmu import LazyFmu
 
 from fmu_models import Crossing, Iteration, StickslipError, Strobe, branch, branches, load, orbit_diagram
 from fmu_models.maps.logistic import MAP as LOGISTIC
 
-SUPPORT = load("discontinuous_support")
+SUPPORT = LazyFmu("discontinuous_support")
 K, C, F0, KS, CS, G = 1.0, 0.05, 0.5, 10.0, 0.3, 4.0
 
 

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import pytest
 from disc_rates import LINER_RUBBER, STATES, disc_rates, normal_forces
+from lazy_fmu import LazyFmu
 from replay import replay
 from steady_cycle import disc_rig, steady_cycle
 
-from fmu_models.codegen.package import built
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 
-RIG = Fmu.open(built("disc_rig_overlapping"))
+RIG = LazyFmu("disc_rig_overlapping")
 SPEED = 0.06 / 0.125  # angular speed of the body that sticks on a disc of 1 rad/s
 
 

@@ -10,15 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from lazy_fmu import LazyFmu
 from stroboscope import after_transient, entries, period, turning_points
 
-from fmu_models.codegen.package import built
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 
 pytestmark = pytest.mark.digits
 
-SUPPORT = Fmu.open(built("discontinuous_support"))
+SUPPORT = LazyFmu("discontinuous_support")
 T = 2 * np.pi
 REST = {"x": 0.0, "v": 0.0}
 TABLE_2 = {"ks": 300.0, "cs": 0.6, "g": 1.6}

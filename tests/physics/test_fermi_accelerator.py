@@ -10,15 +10,14 @@ import math
 import numpy as np
 import pytest
 from bounces import at_impacts, fly, just_after, predicted_map
+from lazy_fmu import LazyFmu
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import flow_derivative
 
-FERMI = Fmu.open(built("fermi_accelerator"))
+FERMI = LazyFmu("fermi_accelerator")
 T = 2 * math.pi
 
 

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from lazy_fmu import LazyFmu
 from replay import replay, straight
 
-from fmu_models.codegen.package import built
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Trajectory
 
 pytestmark = pytest.mark.digits
 
-BLOCK = Fmu.open(built("forced_stick_slip"))
+BLOCK = LazyFmu("forced_stick_slip")
 POINTS = [
     # branch, omega, forcing periods, x0, v0, largest multiplier, stick time
     ("I", 1.6, 2, 1.040922001474, -0.720488407813, 0.4646435094, 0.674980833048),

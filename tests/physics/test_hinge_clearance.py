@@ -11,20 +11,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from lazy_fmu import LazyFmu
 from stroboscope import after_transient, entries, period
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.oscillators.hinge_clearance_dimensional import scaled
 from fmu_models.sections.orbits import find_orbit
 from fmu_models.simulation.run import simulate
 
 pytestmark = pytest.mark.digits
 
-HINGE = Fmu.open(built("hinge_clearance"))
-CLAMPED = Fmu.open(built("hinge_clearance_clamped"))
-DIMENSIONAL = Fmu.open(built("hinge_clearance_dimensional"))
+HINGE = LazyFmu("hinge_clearance")
+CLAMPED = LazyFmu("hinge_clearance_clamped")
+DIMENSIONAL = LazyFmu("hinge_clearance_dimensional")
 AWAY, TOUCHING, RELEASED = 2, 3, 4
 # the orbit at f = 0.429: contact, state after, theta = 2 pi f t, v
 EVENTS = [

@@ -20,15 +20,14 @@ import math
 
 import numpy as np
 import pytest
+from lazy_fmu import LazyFmu
 from scipy.linalg import expm
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.simulation.run import simulate
 
-DAMPER = Fmu.open(built("impact_damper"))
+DAMPER = LazyFmu("impact_damper")
 DEFAULTS = {"M": 1.0, "m": 0.1, "k": 1.0, "c": 0.04, "f0": 0.1, "omega": 1.0, "D": 2.0, "e": 0.5}
 PHI0 = 5.082783065777492
 CASES = [{}, {"e": 0.8, "D": 1.5}, {"m": 0.2, "omega": 1.05}, {"c": 0.1, "f0": 0.2, "e": 0.3}]

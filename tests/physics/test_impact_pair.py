@@ -11,15 +11,14 @@ import numpy as np
 import pytest
 from bounces import CHATTERING, CLOSED, OPEN, at_impacts, fly, just_after, predicted_map
 from closed_form import root
+from lazy_fmu import LazyFmu
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import flow_derivative
 
-PAIR = Fmu.open(built("impact_pair"))
+PAIR = LazyFmu("impact_pair")
 T = 2 * math.pi
 
 

@@ -10,18 +10,17 @@ import pytest
 import sympy
 from bounces import CHATTERING, CLOSED, OPEN
 from colliding import plate
+from lazy_fmu import LazyFmu
 from mechanisms import LENGTH, mechanism
 
 from fmu_models import load
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Newton
 from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.simulation.run import simulate
 
-BALL = Fmu.open(built("bouncing_ball"))
-PAIR = Fmu.open(built("impact_pair"))
+BALL = LazyFmu("bouncing_ball")
+PAIR = LazyFmu("impact_pair")
 T = 2 * math.pi
 SCALED = {"g": 1.0, "omega": 1.0}
 

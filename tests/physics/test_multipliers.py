@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from lazy_fmu import LazyFmu
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
-from fmu_models.fmu.fmu import Fmu
 from fmu_models.sections.orbits import find_orbit, orbit_at
 from fmu_models.sections.return_map import ReturnMap
 from fmu_models.simulation.run import simulate
@@ -19,9 +18,9 @@ from fmu_models.simulation.sensitivity import SensitiveRun, flow_derivative
 
 pytestmark = pytest.mark.digits
 
-SUPPORT = Fmu.open(built("discontinuous_support"))
-HINGE = Fmu.open(built("hinge_clearance"))
-BELT = Fmu.open(built("forced_stick_slip"))
+SUPPORT = LazyFmu("discontinuous_support")
+HINGE = LazyFmu("hinge_clearance")
+BELT = LazyFmu("forced_stick_slip")
 
 
 @pytest.mark.parametrize(

@@ -11,12 +11,12 @@ import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lazy_fmu import LazyFmu
 from quick_export import quick_export
 from sympy import Integer, Rational
 
 from fmu_models import Stop, load
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Newton, Poisson
 from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh
@@ -26,7 +26,7 @@ from fmu_models.sections.orbits import orbit_at
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun, flow_derivative
 
-HINGE = Fmu.open(built("hinge_clearance"))
+HINGE = LazyFmu("hinge_clearance")
 
 
 @given(x=st.floats(-0.009, 0.009), v=st.floats(-0.3, 0.3))

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 import woodpecker_impacts as wp
 from crossed import crossings
+from lazy_fmu import LazyFmu
 from quick_export import quick_export
 from scipy.optimize import brentq
 
-from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Poisson
 from fmu_models.oscillators.woodpecker import MODEL
@@ -29,7 +29,7 @@ from fmu_models.simulation.sections import Section, SectionPoint
 
 pytestmark = pytest.mark.digits
 
-TOY = Fmu.open(built("woodpecker"))
+TOY = LazyFmu("woodpecker")
 STICK, SLIP_MINUS, OPEN, CLOSED = 0, -1, 2, 3
 PERIOD, LOWEST = 0.145976065144, -0.529471967111
 EVENTS = [

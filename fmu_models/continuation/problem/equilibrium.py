@@ -208,6 +208,7 @@ def problem_at(
         StickslipError: no such parameter, one of the values is none that it can have, something forces the motion.
     """
     fmu = field.fmu
+    fmu.refuse_cones("equilibria")
     check_names(fmu, "parameter or input", {over: None}, numbers_of(fmu))
     for value in between:
         check_value(fmu, over, value)

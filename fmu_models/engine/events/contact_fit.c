@@ -1,7 +1,8 @@
 /*
  * Whether a contact fits its state from one instant on, with all contacts in the states that they have now.
  *
- *     sticking    margin = bound - |force| > 0 on the nearer side, and its slip stays at rest
+ *     sticking    margin = bound - |force| > 0 on the nearer side, and its slip stays at rest; of a cone (two directions)
+ *                 bound^2 - |force|^2
  *     slipping    sign * (rate of slip) > 0
  *     closed      force > 0, and its gap stays zero
  *     opening     the gap has a positive second derivative
@@ -12,6 +13,7 @@
  */
 #include "contact_fit.h"
 
+#include "../step/cone_rest.h"
 #include "../step/contact_forces.h"
 #include "../step/taylor.h"
 #include "contact_placement.h"
@@ -231,6 +233,49 @@ static int leaves_zero(Run *r, Trial *trial, int c, double sign)
     return leaves > 0;
 }
 
+void cones_follow(Run *r)
+{
+    for (int c = 0; c < MODEL_NC; c++)
+        if (cone_is_whole(c)) r->at.state[c + 1] = r->at.state[c + 2] = r->at.state[c];
+}
+
+/* the state that a cone at zero slip has to be in: it sticks within its capacity, else its slip grows */
+static signed char cone_wanted_state(Run *r, Trial *trial, int c)
+{
+    Jets *j = &r->scratch;
+    double series[TIE_ORDER + 1];
+    const double capacity = j->capacity[c][0];
+    if (r->at.state[c] == CONTACT_STICK) {
+        trial->zeros[c] = 0;
+        if (!(capacity > 0.0)) return CONTACT_SLIP_PLUS;
+        cone_margin(j, c, 0, series);
+        const double scale = capacity * capacity;
+        if (!trial->at_limit[c] && fabs(series[0]) > 2.0 * trial->tie * scale)
+            return series[0] > 0.0 ? CONTACT_STICK : CONTACT_SLIP_PLUS;
+        expand(r, trial);
+        cone_margin(j, c, TIE_ORDER - 1, series);
+        const double floor = r->tolerances.slip * scale + rounding_of_time(r, series);
+        int zeros = zeros_at_fall(series, floor);
+        const int sign = first_sign(series, TIE_ORDER - 1, trial->length, floor, &zeros);
+        trial->zeros[c] = (signed char)(sign == 0 && !trial->at_limit[c] ? ALL_ZERO : zeros);
+        return sign > 0 || (sign == 0 && !trial->at_limit[c]) ? CONTACT_STICK : CONTACT_SLIP_PLUS;
+    }
+    const double held = capacity * (j->G[c + 1][c + 1][0] + j->G[c + 2][c + 2][0]);
+    const double driven = fabs(j->slip_rate[c + 1][0]) + fabs(j->slip_rate[c + 2][0]);
+    int zeros = 1;
+    if (trial->at_limit[c] || fabs(j->slip[c][1]) <= r->tolerances.margin * (held + driven)) {
+        zeros = 2;
+        expand(r, trial);
+        const double largest = largest_term(j->slip[c], zeros, TIE_ORDER, trial->length);
+        memcpy(series, j->slip[c], sizeof series);
+        const int sign = first_sign(series, TIE_ORDER, trial->length, r->tolerances.margin * largest, &zeros);
+        trial->zeros[c] = (signed char)zeros;
+        return sign > 0 || !(capacity > 0.0) ? CONTACT_SLIP_PLUS : CONTACT_STICK;
+    }
+    trial->zeros[c] = 1;
+    return j->slip[c][1] > 0.0 || !(capacity > 0.0) ? CONTACT_SLIP_PLUS : CONTACT_STICK;
+}
+
 int fit_can_stick(const Run *r, int c)
 {
     return model_contact_sticks[c] && stick_scale(&r->scratch, c) > 0.0 && r->scratch.G[c][c][0] > 0.0
@@ -252,6 +297,7 @@ static signed char yields_to(Run *r, const Trial *trial, int c)
 signed char fit_wanted_state(Run *r, Trial *trial, int c)
 {
     const signed char state = r->at.state[c];
+    if (cone_is_whole(c)) return state == CONTACT_AWAY ? state : cone_wanted_state(r, trial, c);
     if (model_contact_impulsive[c]) {
         const int closed = trial->before[c] == CONTACT_CHATTERING ? CONTACT_CHATTERING : CONTACT_TOUCHING;
         if (contact_is_held(r->at.state, c)) return closed_holds(r, trial, c) ? state : CONTACT_AWAY;

@@ -22,5 +22,7 @@ typedef struct {
 double fit_slip_rate(const Run *r, Jets *j, int c, double *magnitude);
 /* whether a contact of friction with a law of its own could be held at all; its capacity is in scratch */
 int fit_can_stick(const Run *r, int c);
+/* the sides of cones into the states of the whole */
+void cones_follow(Run *r);
 /* the state that candidate c has to change to, its own if it fits; order 0 of the trial is in scratch */
 signed char fit_wanted_state(Run *r, Trial *trial, int c);

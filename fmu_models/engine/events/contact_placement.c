@@ -201,6 +201,7 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
         if (contact_is_array(c)) r->at.state[c] = CONTACT_SLIP_PLUS;
         if (contact_is_array(c) || model_contact_partner[c] >= 0 || model_contact_impulsive[c]) continue;
         candidate[c] = 0;
+        if (cone_is_side(c)) continue;
         if (model_contact_bounded[c]) {
             const double depth = r->scratch.depth[c][0];
             const int at_bound = fabs(depth)
@@ -255,7 +256,7 @@ void placement_others(Run *r, signed char *candidate)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         if (model_contact_partner[c] >= 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) continue;
-        if (contact_is_array(c)) continue;
+        if (contact_is_array(c) || cone_is_side(c)) continue;
         if (model_contact_compliant[c]) {
             r->at.state[c] = inside_state(r, c);
         } else {

@@ -21,9 +21,10 @@
 #include "contact_fit.h"
 #include "contact_placement.h"
 
-/* the friction of rigid contacts goes with them */
+/* the friction of rigid contacts goes with them, the sides of cones with the whole */
 static void follow_rigid(Run *r, const Trial *trial)
 {
+    cones_follow(r);
     for (int c = 0; MODEL_IMPACTS > 0 && c < MODEL_NC; c++) {
         const int normal = model_contact_partner[c];
         if (normal < 0 || model_contact_impulsive[c]) continue;
@@ -73,7 +74,10 @@ static void set_order_0(Run *r, const Trial *trial, ContactBox *o)
         o->unknown[c] = -1;
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
-        if (model_contact_sticks[c] || model_contact_impulsive[c]) {
+        if (cone_is_whole(c)) {
+            r->at.state[c] = CONTACT_STICK;
+            r->at.known[c][SLOT_TANGENTIAL] = 1; /* slip would begin here */
+        } else if (model_contact_sticks[c] || model_contact_impulsive[c]) {
             r->at.state[c] = CONTACT_AWAY;
             o->unknown[c] = n;
             o->contact[n++] = c;
@@ -81,6 +85,7 @@ static void set_order_0(Run *r, const Trial *trial, ContactBox *o)
             r->at.state[c] = CONTACT_SLIP_PLUS;
         }
     }
+    cones_follow(r);
     taylor_load(r, &r->scratch);
     taylor_field(r, &r->scratch, 0);
     for (int i = 0; i < n; i++)
@@ -158,6 +163,12 @@ static int project(Run *r, const Trial *trial)
     taylor_field(r, &r->scratch, 0);
     for (int i = 0; i < trial->count; i++) {
         const int c = trial->contact[i];
+        if (cone_is_whole(c)) {
+            for (int s = c + 1; s <= c + 2; s++)
+                member[s] = r->projected[s] = 1;
+            any = 1;
+            continue;
+        }
         const double slip = r->scratch.slip[c][0];
         const double side = model_contact_impulsive[c] ? 1.0 : r->scratch.sign[c];
         const double lever = model_lever(r->at.p, r->at.d, &r->scratch, c);
@@ -201,6 +212,7 @@ RunStatus selection_make(Run *r, const signed char *candidate, const signed char
     const double COARSER = 1e3;
     Trial trial = {.count = 0, .at_limit = at_limit, .tie = r->tolerances.margin};
     int rigid = 0;
+    cones_follow(r);
     memcpy(trial.before, r->at.state, sizeof trial.before);
     for (int c = 0; c < MODEL_NC; c++) {
         if (candidate[c]) {

@@ -17,6 +17,7 @@
 #include "../step/event_location.h"
 #include "../step/roots.h"
 #include "../step/taylor.h"
+#include "contact_fit.h"
 #include "contact_placement.h"
 #include "gap_tolerance.h"
 #include "run.h"
@@ -35,6 +36,9 @@ RunStatus exchange_derivatives(Run *r, double *dx)
         dx[MODEL_NQ + MODEL_NV + i] = internal_rate(j, i, 0);
     return run_check_finite(r, "derivative of state", dx, MODEL_NX);
 }
+
+/* where the slip of a cone counts as zero, in parts of that of all others */
+static const double CONE_LANDING = 16.0;
 
 /* by how much the indicator of a force that holds a contact is shifted */
 static double force_shift(const Run *r, const Jets *j, int c)
@@ -56,6 +60,17 @@ static double leeway(const Run *r, const Jets *j, int c)
     return speed > -least ? r->leeway[c] * (1.0 + speed / least) : 0.0;
 }
 
+/* the same of a cone: its slip less a small part of a typical one, once it has come to that since it was zero */
+static double watched_cone(Run *r, const Jets *j, int c)
+{
+    const double shift = r->tolerances.importer, slip = j->slip[c][0],
+                 small = CONE_LANDING * shift * r->typical_slip[c];
+    if (r->at.state[c] == CONTACT_STICK)
+        return j->capacity[c][0] * (1.0 + shift) - hypot(j->force[c + 1][0], j->force[c + 2][0]);
+    r->young[c] = r->young[c] && slip <= sqrt(shift) * r->typical_slip[c];
+    return r->young[c] ? slip + small : slip - small;
+}
+
 /* what an importer watches in a slot of contact c: positive while the contact keeps its state; scratch holds order 0 */
 static double watched(Run *r, int c, Slot slot)
 {
@@ -70,6 +85,7 @@ static double watched(Run *r, int c, Slot slot)
     if (model_contact_compliant[c]) return sign * j->release[c][0];
     if (contact_is_settling(r, c)) return r->at.settles[c] - r->at.time;
     const double shift = r->tolerances.importer;
+    if (cone_is_whole(c)) return watched_cone(r, j, c);
     if (r->at.state[c] == CONTACT_STICK) {
         const double unloaded = model_contact_partner[c] >= 0 ? force_shift(r, j, c) : 0.0;
         const int side = stick_side(j, c);
@@ -94,7 +110,8 @@ RunStatus exchange_indicators(Run *r, double *z)
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++) {
         if (model_contact_bounded[c]) z[i++] = watched(r, c, SLOT_NORMAL);
-        if (!model_contact_impulsive[c] && (!model_contact_compliant[c] || model_contact_releases[c]))
+        if (!model_contact_impulsive[c] && !cone_is_side(c)
+            && (!model_contact_compliant[c] || model_contact_releases[c]))
             z[i++] = watched(r, c, SLOT_TANGENTIAL);
     }
     return run_check_finite(r, "event indicator", z, MODEL_NI);
@@ -121,6 +138,7 @@ static int has_fallen(Run *r, int c, Slot slot)
         return model_contact_impulsive[c] ? rigid_has_fallen(r, c, value) : value <= gap_shift(r, j, c);
     if (contact_is_settling(r, c)) return value <= 4.0 * DBL_EPSILON * fabs(r->at.time);
     if (r->at.state[c] == CONTACT_STICK) return 0; /* a candidate anyway; whether it holds is for its force to say */
+    if (cone_is_whole(c)) return value <= 0.0;
     return value <= (model_contact_compliant[c] ? 0.0 : shift * model_slip_magnitude(r->at.p, r->at.d, j, c));
 }
 
@@ -174,7 +192,7 @@ static int undo_drift(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         held[c] = (signed char)(model_contact_impulsive[c]
                                     ? contact_is_closed(r, c)
-                                    : r->at.state[c] == CONTACT_STICK && placement_has_lever(r, c));
+                                    : contact_is_held(r->at.state, c) && placement_has_lever(r, c));
         any |= held[c];
     }
     return any && contact_project(&r->at, &r->scratch, held, NULL);
@@ -266,7 +284,8 @@ static void let_go(Run *r)
     load_indicators(r);
     for (int c = 0; c < MODEL_NC; c++)
         if (model_contact_tangential[c] && r->at.state[c] == CONTACT_STICK && watched(r, c, SLOT_TANGENTIAL) <= 0.0)
-            r->at.state[c] = r->scratch.force[c][0] > 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+            r->at.state[c] = !cone_is_whole(c) && r->scratch.force[c][0] > 0.0 ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+    cones_follow(r);
 }
 
 RunStatus exchange_event(Run *r, int *changed)
@@ -294,6 +313,8 @@ RunStatus exchange_event(Run *r, int *changed)
         *changed = 1;
         give_leeway(r, leaves);
     }
+    for (int c = 0; c < MODEL_NC; c++)
+        r->young[c] |= cone_is_whole(c) && r->at.state[c] == CONTACT_SLIP_PLUS && r->at.known[c][SLOT_TANGENTIAL] > 0;
     *changed |= memcmp(before, r->at.state, sizeof before) != 0;
     return status;
 }

@@ -64,9 +64,19 @@ RunStatus run_initialize(Run *r)
     memset(r->leeway, 0, sizeof r->leeway);
     memset(r->largest_gap, 0, sizeof r->largest_gap);
     gap_measure_nominal(r);
+    memset(r->fastest, 0, sizeof r->fastest);
+    for (int c = 0; c < MODEL_NC; c++) {
+        if (!cone_is_whole(c)) continue;
+        taylor_load(r, &r->scratch);
+        for (int i = 0; i < MODEL_NX; i++)
+            r->scratch.x[i][0] = model_nominal_states[i];
+        r->typical_slip[c] = model_slip_magnitude(r->at.p, r->at.d, &r->scratch, c);
+    }
     r->starting = 1;
     const RunStatus status = run_reconsider(r, NULL);
     r->starting = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        r->young[c] = cone_is_whole(c) && r->at.state[c] != CONTACT_STICK && r->at.known[c][SLOT_TANGENTIAL] > 0;
     if (status == RUN_ERROR) return RUN_ERROR;
     for (int c = 0; c < MODEL_NC; c++) {
         if (model_contact_remembers[c] && r->at.state[c] != CONTACT_AWAY && !(r->at.memory[c] > 0.0)) {
@@ -123,6 +133,7 @@ static void evaluate_segment(Run *r, double time, double since_start)
             r->at.bend[i][n - 2] = input_derivative(r, i, n, since_start);
     }
     r->at.time = time;
+    if (since_start > 0.0) memset(r->at.known, 0, sizeof r->at.known); /* what was zero at the start is zero no more */
 }
 
 RunStatus run_keep_without_slip(Run *r)

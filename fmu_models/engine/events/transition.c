@@ -246,6 +246,7 @@ static void drop_fallen_slips(Run *r)
     for (int c = 0; c < MODEL_NC; c++) {
         const int slips = model_contact_rubs[c] && model_contact_sticks[c] && r->at.state[c] != CONTACT_STICK;
         fallen[c] = slips && r->falling[c][SLOT_TANGENTIAL];
+        if (cone_is_side(c)) fallen[c] = cone_is_side(c - 1) ? fallen[c - 1] : r->falling[c - 1][SLOT_TANGENTIAL];
         any |= fallen[c];
     }
     if (!any) return;
@@ -322,7 +323,7 @@ RunStatus transition_make(Run *r, int *moved)
         const int falls = r->falling[c][SLOT_TANGENTIAL];
         at_limit[c] = sticks && falls;
         candidate[c] = 0;
-        if (contact_is_array(c)) continue;
+        if (contact_is_array(c) || cone_is_side(c)) continue;
         if (model_contact_impulsive[c]) {
             arrives[c] = (signed char)cross_wall(r, c, candidate, at_limit);
             any |= arrives[c];
@@ -358,6 +359,7 @@ RunStatus transition_make(Run *r, int *moved)
 static int told(const Run *r, int c, int before, double *work, ContactEvent *event)
 {
     const int reset = r->jumped[c] && (model_contact_resets[c] & 3);
+    if (cone_is_side(c)) return 0;
     if (r->at.state[c] == before && !r->struck[c] && !reset) return 0;
     *event = (ContactEvent){r->at.time, c, before, r->at.state[c], reset, r->struck[c] ? *work : 0.0};
     *work = r->struck[c] ? 0.0 : *work;

@@ -151,6 +151,14 @@ JET Real jet_sinh(const Real *a, const Real *c, int k) { return k == 0 ? sinh(a[
 /* y = cosh(a), s = sinh(a) */
 JET Real jet_cosh(const Real *a, const Real *s, int k) { return k == 0 ? cosh(a[0]) : jet_integral(a, s, k, k); }
 
+/* w = sqrt(a a + b b), of orders above 0 where it is not zero */
+static CALLED Real jet_length(const Real *w, const Real *a, const Real *b, int k)
+{
+    if (k == 0) return sqrt(a[0] * a[0] + b[0] * b[0]);
+    if (PART(w[0]) == 0.0) return 0.0;
+    return (jet_product(a, a, k) + jet_product(b, b, k) - jet_convolution(w, w, k, 1, k - 1)) / (2.0 * w[0]);
+}
+
 /* y = tanh(a), y2 = y y: y' = (1 - y2) a' */
 JET Real jet_tanh(const Real *a, const Real *y2, int k)
 {

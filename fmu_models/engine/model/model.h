@@ -49,6 +49,7 @@
  * MODEL_REACH  1 if some function may be flat where it is expanded and not beyond (step/reach.h)
  * MODEL_RELEASES  1 if any stop lets go when its force falls to zero
  * MODEL_IMPACTS  rigid contacts
+ * MODEL_CONES  friction with two directions (step/cone_forces.c)
  * MODEL_IS_MAP  1 if the states rest and jump by a rule at equal times (model_iterate): then there is no contact
  * MODEL_TOKEN  string that identifies the model (FMI 2 guid, FMI 3 instantiationToken)
  */
@@ -117,6 +118,8 @@ extern const unsigned char model_contact_resets[MODEL_ROOM(
                    the jumps may end in rest: stick holds the rate of y at zero, not y */
 extern const unsigned char model_contact_impulsive[MODEL_ROOM(MODEL_NC)];
 extern const unsigned char model_contact_rubs[MODEL_ROOM(MODEL_NC)]; /* friction that is not of a rigid contact */
+extern const unsigned char
+    model_contact_cone[MODEL_ROOM(MODEL_NC)]; /* 1: friction with two directions, the contacts behind it: 2 and 3 */
 extern const short model_contact_partner[MODEL_ROOM(
     MODEL_NC)]; /* of a rigid contact its friction, of that the rigid contact; -1: none */
 extern const unsigned char model_contact_clocks[MODEL_ROOM(MODEL_NC)]; /* the ticks of the clocks that it has */
@@ -130,6 +133,10 @@ extern const short model_contact_elements[MODEL_ROOM(MODEL_NC)]; /* and how many
 enum { MODEL_SET_INPUTS = MODEL_NU - MODEL_NS };
 
 static inline int contact_may_rest(int c) { return MODEL_RESTS && (model_contact_resets[c] & 8); }
+
+/* friction with two directions, and one of them: their states are one */
+static inline int cone_is_whole(int c) { return MODEL_CONES > 0 && model_contact_cone[c] == 1; }
+static inline int cone_is_side(int c) { return MODEL_CONES > 0 && model_contact_cone[c] > 1; }
 
 /* a bound that yields: y is what is left to it of a state, which its own flow changes */
 static inline int contact_yields(int c) { return MODEL_YIELDS && !model_contact_rubs[c] && model_contact_sticks[c]; }
@@ -150,7 +157,7 @@ static inline int array_of(int i)
 static inline int contact_is_held(const signed char *state, int c)
 {
     if (MODEL_IMPACTS > 0 && model_contact_impulsive[c]) return state[c] != CONTACT_AWAY;
-    return state[c] == CONTACT_STICK;
+    return state[c] == CONTACT_STICK && !cone_is_whole(c);
 }
 
 /* whether it has a force by a law of its own: it slips or touches, and is neither a rigid contact nor the friction of

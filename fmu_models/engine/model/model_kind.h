@@ -40,6 +40,8 @@ typedef struct {
     InertiaSeries M[MODEL_ROOM(MODEL_NM)]; /* the mass matrix where it is factored, and its factors */
     Real factor[MODEL_ROOM(MODEL_NM)];
     Series w[MODEL_ROOM(MODEL_NW)];
+    Series unit[MODEL_CONES ? MODEL_ROOM(MODEL_NC) : 1]; /* of the sides of a cone: the direction of its slip */
+    unsigned char rising[MODEL_ROOM(MODEL_NC)];          /* the slip of a cone begins here: 1 at zero, 2 near it */
 } Jets;
 
 /* the bound of the force in stick of contact c on a side, as a magnitude: +1 of positive forces, -1 of negative ones */

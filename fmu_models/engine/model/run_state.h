@@ -101,8 +101,14 @@ typedef struct {
         largest_gap[MODEL_ROOM(MODEL_NC)]; /* of rigid contacts, at the ends of steps so far: rounding of a gap that is
                                                  a single coordinate is in parts of it */
     double noted_slip[MODEL_ROOM(MODEL_NC)]; /* before values were set: what rounding has left of a slip that is held */
-    double leeway[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: added to the indicator of a gap that opens slowly */
-    int segment_rooted;                  /* its series run in the square root of time */
+    double leeway[MODEL_ROOM(MODEL_NC)];  /* Model Exchange only: added to the indicator of a gap that opens slowly */
+    int segment_rests;                    /* it ends in the rest of this cone, by closed form; -1: of none */
+    double fastest[MODEL_ROOM(MODEL_NC)]; /* slip of cones since they last began to slip */
+    double typical_slip[MODEL_ROOM(MODEL_NC)]; /* Model Exchange only: of cones, at nominal states */
+    unsigned char young[MODEL_ROOM(
+        MODEL_NC)];     /* Model Exchange only: their slip has just begun: its direction is that of the drive,
+                                                  of which integrators would see a very stiff approach */
+    int segment_rooted; /* its series run in the square root of time */
     double segment_start, segment_length;
     Section section;
     Jets jets;                       /* of the step */

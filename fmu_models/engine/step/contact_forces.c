@@ -49,11 +49,33 @@ static void KIND(friction_of_rigid)(const Point *at, Jets *j, int k)
     }
 }
 
+/* order k of the forces of held contacts, all others known */
+static void KIND(hold)(Point *at, Jets *j, int k)
+{
+    Sticking *s = &at->sticking;
+    Real rest[NC];
+    for (int i = 0; i < s->count; i++) {
+        j->force[s->contact[i]][k] = 0.0;
+        rest[i] = j->slip_rate[s->contact[i]][k];
+    }
+    for (int i = 0; i < s->count; i++)
+        rest[i] += KIND(transmitted)(at, j, s->contact[i], k);
+    for (int i = 0; i < s->count; i++) {
+        Real force = 0.0;
+        for (int e = s->first[i]; e < s->last[i]; e++)
+            force -= s->inverse[i][e] * rest[e];
+        j->force[s->contact[i]][k] = force;
+    }
+}
+
 void contact_forces(Point *at, Jets *j, int k)
 {
     int any = 0;
     for (int c = 0; c < MODEL_NC; c++) {
-        if (contact_is_held(at->state, c)) {
+        if (cone_is_side(c)) continue;
+        if (cone_is_whole(c)) {
+            any |= cone_forces(at, j, k, c);
+        } else if (contact_is_held(at->state, c)) {
             model_stick(at->p, at->d, j, k, c);
             j->force[c][k] = 0.0;
             any = 1;
@@ -63,25 +85,17 @@ void contact_forces(Point *at, Jets *j, int k)
             j->force[c][k] = 0.0;
         }
     }
-    if (!any) return;
-    Sticking *s = &at->sticking;
-    if (k == 0) {
+    if (any && k == 0) {
         signed char member[NC];
         for (int c = 0; c < MODEL_NC; c++)
             member[c] = (signed char)contact_is_held(at->state, c);
-        contact_factor(at, j, member, at->state, s);
+        contact_factor(at, j, member, at->state, &at->sticking);
     }
-    Real rest[NC];
-    for (int i = 0; i < s->count; i++) {
-        const int c = s->contact[i];
-        rest[i] = j->slip_rate[c][k] + KIND(transmitted)(at, j, c, k);
-    }
-    for (int i = 0; i < s->count; i++) {
-        Real force = 0.0;
-        for (int e = s->first[i]; e < s->last[i]; e++)
-            force -= s->inverse[i][e] * rest[e];
-        j->force[s->contact[i]][k] = force;
-    }
+    if (!any) at->sticking.count = 0;
+    if (any) KIND(hold)(at, j, k);
+    for (int c = 0; c < MODEL_NC && MODEL_CONES > 0; c++)
+        if (j->rising[c] && cone_rise(at, j, k, c) && any) KIND(hold)(at, j, k);
+    if (!any) return;
     if (MODEL_IMPACTS > 0) KIND(friction_of_rigid)(at, j, k);
 }
 

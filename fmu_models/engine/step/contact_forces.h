@@ -1,4 +1,5 @@
 /* Forces and impulses of contacts, per kind of number: the one in force where this is included (model/scalar.h). */
+#include "cone_forces.h"
 #include "contact_factor.h"
 
 #define contact_forces KIND(contact_forces)

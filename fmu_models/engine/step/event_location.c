@@ -3,6 +3,7 @@
  */
 #include "event_location.h"
 
+#include "cone_rest.h"
 #include "roots.h"
 
 int location_indicator(const Run *r, int c, Slot slot)
@@ -12,7 +13,7 @@ int location_indicator(const Run *r, int c, Slot slot)
         if (!model_contact_bounded[c]) return 0;
         return state == CONTACT_AWAY ? -1 : 1;
     }
-    if (model_contact_impulsive[c]) return 0;
+    if (model_contact_impulsive[c] || cone_is_side(c)) return 0;
     if (model_contact_compliant[c])
         return !model_contact_releases[c] || state == CONTACT_AWAY ? 0 : state == CONTACT_TOUCHING ? 1 : -1;
     return state == CONTACT_AWAY ? 0 : state == CONTACT_SLIP_MINUS ? -1 : 1;
@@ -78,6 +79,11 @@ static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int 
     /* the load of a rigid contact that is about to push starts at zero, and so do both margins */
     const int both = model_contact_partner[c] >= 0 && r->at.known[(int)model_contact_partner[c]][SLOT_NORMAL] > 0;
     double first = -1.0;
+    if (cone_is_whole(c)) {
+        double margin[POLYNOMIAL_TERMS];
+        cone_margin(j, c, order - 1, margin);
+        return fall_of(margin, 1.0, known, order - 1, h);
+    }
     for (int side = -1; side <= 1; side += 2) {
         double margin[POLYNOMIAL_TERMS];
         for (int k = 0; k < order; k++)

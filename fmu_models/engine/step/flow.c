@@ -52,6 +52,8 @@ void flow_load(const Point *at, Jets *j, int rooted)
     for (int c = 0; c < MODEL_NC; c++) {
         j->sign[c] = at->state[c] == CONTACT_SLIP_PLUS ? 1.0 : at->state[c] == CONTACT_SLIP_MINUS ? -1.0 : 0.0;
         j->memory[c] = at->memory[c];
+        if (cone_is_side(c)) j->sign[c] = 0.0;
+        j->rising[c] = cone_is_whole(c) && j->sign[c] != 0.0 && at->known[c][SLOT_TANGENTIAL] > 0;
     }
     if (MODEL_NE > 0) memcpy(j->held, at->held, sizeof j->held);
 }

@@ -137,9 +137,12 @@ static void law_discs(Reach *a)
         disc_zero(a->b->force[c]);
         if (contact_is_held(r->at.state, c))
             model_stick_disc(r->at.p, r->at.d, a->j, a->b, c);
-        else if (contact_has_law(r->at.state, c))
+        else if (contact_has_law(r->at.state, c) && !cone_is_side(c))
             model_law_disc(r->at.p, r->at.d, a->j, a->b, c);
     }
+    for (int c = 0; c < MODEL_NC; c++)
+        for (int s = c + 1; cone_is_whole(c) && contact_has_law(r->at.state, c) && s <= c + 2; s++)
+            disc_multiple(a->b->force[s], 1.0, a->b->force[c]);
 }
 
 /* what row c of the held contacts must stand up to; G itself moves where inertia does */
@@ -362,6 +365,8 @@ static double shortage_of(Reach *a, double h)
     }
     if (MODEL_NE > 0) pile_discs(a, H);
     model_slip_disc(r->at.p, r->at.d, j, a->b);
+    for (int c = 0; c < MODEL_NC; c++)
+        if (cone_is_whole(c)) radii_of(j->slip[c], a->order, H, a->b->slip[c]);
     model_depth_disc(r->at.p, r->at.d, j, a->b);
 #if !MODEL_CONSTANT_INERTIA
     model_inertia_disc(r->at.p, r->at.d, j, a->b);

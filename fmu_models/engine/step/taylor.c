@@ -17,6 +17,7 @@
 #include "taylor.h"
 
 #include "../model/rough.h"
+#include "cone_rest.h"
 #include "event_location.h"
 #include "flow.h"
 #include "reach.h"
@@ -45,7 +46,12 @@ int taylor_order(const Run *r)
     return order < LEAST_ORDER ? LEAST_ORDER : order > MODEL_MAX_ORDER ? MODEL_MAX_ORDER : (int)order;
 }
 
-void taylor_load(const Run *r, Jets *j) { flow_load(&r->at, j, 0); }
+void taylor_load(const Run *r, Jets *j)
+{
+    flow_load(&r->at, j, 0);
+    for (int c = 0; MODEL_CONES > 0 && r->tolerances.drift > 0.0 && c < MODEL_NC; c++)
+        if (r->young[c] && j->sign[c] != 0.0 && !j->rising[c]) j->rising[c] = 2;
+}
 
 void taylor_field(Run *r, Jets *j, int k)
 {
@@ -332,12 +338,22 @@ RunStatus taylor_step(Run *r, double limit)
     const int full = taylor_order(r);
     const int rooted = r->segment_rooted = taylor_starts_rooted(r);
     int order = full;
+    if (MODEL_CONES > 0 && cone_rests_at_once(r, limit)) return RUN_OK;
+    for (int c = 0; rooted && c < MODEL_NC; c++) {
+        if (cone_is_whole(c) && r->at.known[c][SLOT_TANGENTIAL] > 0 && r->at.state[c] == CONTACT_SLIP_PLUS) {
+            return run_fail(r,
+                            "'%s' begins to slip at t = %.17g, where a stop with a root of its depth is entered: such "
+                            "a start in two directions has no series here. Move a start value a little",
+                            model_contact_names[c], r->at.time);
+        }
+    }
     if (rooted) {
         flow_rooted_series(&r->at, &r->jets, full);
         r->evaluations += full;
     } else {
         order = series_to(r, &r->jets, full, &limit);
     }
+    r->segment_rests = -1;
     const double end = rooted ? sqrt(limit) : limit;
     double h = 0.0, reach = 0.0;
     for (int ended = order < full;; ended = 0) {
@@ -373,7 +389,7 @@ RunStatus taylor_step(Run *r, double limit)
 void taylor_complete(Run *r)
 {
     const int full = taylor_order(r);
-    if (r->segment_order == full) return;
+    if (r->segment_order == full || r->segment_rests >= 0) return;
     complete(r, r->segment_order, full);
 }
 

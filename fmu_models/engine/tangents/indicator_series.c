@@ -4,6 +4,8 @@
  */
 #include "indicator_series.h"
 
+#include "../step/cone_rest.h"
+
 int indicator_is_margin(const Run *r, int c, int slot)
 {
     return slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
@@ -21,6 +23,18 @@ void indicator_series(const Run *r, const Variation *l, int lane, int c, int slo
     const double *bound = stick_bound(j, c, side);
     const Pair *moved = MODEL_DIRECTED && side < 0 ? l->capacity_minus[c] : l->capacity[c];
     f->order = l->order - (margin || closed);
+    if (margin && cone_is_whole(c)) {
+        cone_margin(j, c, f->order, f->value);
+        for (int k = 0; k <= f->order; k++) {
+            f->derivative[k] = 0.0;
+            for (int i = 0; i <= k; i++)
+                f->derivative[k] += 2.0
+                                    * (j->capacity[c][i] * l->capacity[c][k - i][lane]
+                                       - j->force[c + 1][i] * l->force[c + 1][k - i][lane]
+                                       - j->force[c + 2][i] * l->force[c + 2][k - i][lane]);
+        }
+        return;
+    }
     for (int k = 0; k <= f->order; k++) {
         f->value[k] = margin ? bound[k] - side * j->force[c][k] : value[k];
         f->derivative[k] = margin ? moved[k][lane] - side * l->force[c][k][lane] : pairs[k][lane];

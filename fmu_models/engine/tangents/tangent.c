@@ -175,7 +175,9 @@ static int follow(const Run *r, Tangents *tangents, int k, const Arrived *a, dou
     Tangent *t = &tangents->list[k];
     const Variation *l = variation_of(tangents, k);
     Shift shift = {.untimed = 1};
-    if (at_event && !event_shift(r, l, k % PAIR, a->s, variation_variable(r, l, length), &shift)) return 0;
+    const int rests = at_event ? r->segment_rests : -1;
+    if (rests >= 0) shift = (Shift){.later = cimag(t->rest) / EPS, .speed = NAN, .speed_change = NAN};
+    if (at_event && rests < 0 && !event_shift(r, l, k % PAIR, a->s, variation_variable(r, l, length), &shift)) return 0;
     const double rate = r->segment_rooted ? 2.0 * a->s : 1.0; /* of time by s */
     const double started = cimag(t->at.time) / EPS;
     const double later = !shift.untimed ? shift.later : started == 0.0 ? 0.0 : -started / rate;

@@ -7,7 +7,9 @@
 #include "../model_kind.c"
 #include "../model/signals.c"
 #include "../step/contact_factor.c"
+#include "../step/cone_forces.c"
 #include "../step/contact_forces.c"
 #include "../step/flow.c"
+#include "../step/cone_end.c"
 
 #include "../model/scalar_real.h"

@@ -54,6 +54,7 @@ static void evaluate_outputs(Tangents *tangents, int k, double length)
     for (int i = 0; i < MODEL_NU; i++)
         at.u[i] += at.du[i] * since;
     at.time += since;
+    if (length > 0.0) memset(at.known, 0, sizeof at.known);
     flow_load(&at, j, 0);
     model_inertia(at.p, at.d, j, 0);
     flow_field(&at, j, 0, 0);

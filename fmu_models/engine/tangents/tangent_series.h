@@ -12,6 +12,7 @@
 
 #include "../model/elements.h"
 #include "../model/signals.h"
+#include "../step/cone_end.h"
 #include "../step/contact_forces.h"
 #include "../step/flow.h"
 #include "variation.h"
@@ -22,6 +23,7 @@ typedef struct {
     double relative;              /* of the parameters, the largest derivative in parts of its own size, times EPS */
     int corner;                   /* on the way several indicators fell at one instant, but not for its neighbours */
     int untimed;                  /* the last event has no indicator that says when it is */
+    Real rest;                    /* the length of a step that ends in the rest of a cone */
     double speed, speed_change;   /* of the indicator of the last event, and its derivative */
     Real y[MODEL_ROOM(MODEL_NY)]; /* outputs at the time evaluated at */
 } Tangent;

@@ -53,9 +53,45 @@ static void vary_held(void *of, const Run *r, Variation *l)
     }
 }
 
+/* the derivatives of series of a tangent */
+static void take_series(const Real (*own)[MODEL_TERMS + 1], int n, PairSeries *to, int lane)
+{
+    for (int i = 0; i < n; i++)
+        for (int m = 0; m <= MODEL_TERMS; m++)
+            to[i][m][lane] = cimag(own[i][m]) / EPS;
+}
+
+/* the variations of one tangent where there are cones: their series have no variations of their own, and run in numbers
+   with a tangent */
+static void follow_series(const Run *r, Tangent *t, Variation *l, int lane)
+{
+    const int order = r->segment_rests >= 0 ? r->segment_order : taylor_order(r);
+    t->at.curved = r->at.curved;
+    memcpy(t->at.bend, r->at.bend, sizeof t->at.bend);
+    if (r->segment_rests >= 0) {
+        flow_load(&t->at, &t->jets, 0);
+        flow_field(&t->at, &t->jets, 0, 0);
+        t->rest = cone_end(&t->at, &t->jets, r->segment_rests);
+    } else if (r->segment_rooted)
+        flow_rooted_series(&t->at, &t->jets, order);
+    else
+        flow_series(&t->at, &t->jets, order);
+    take_series(t->jets.x, MODEL_NX, l->x, lane);
+    take_series(t->jets.slip, MODEL_NC, l->slip, lane);
+    take_series(t->jets.force, MODEL_NC, l->force, lane);
+    take_series(t->jets.capacity, MODEL_NC, l->capacity, lane);
+    take_series(t->jets.capacity_minus, MODEL_DIRECTED ? MODEL_NC : 0, l->capacity_minus, lane);
+    take_series(t->jets.depth, MODEL_NC, l->depth, lane);
+    take_series(t->jets.release, MODEL_NC, l->release, lane);
+    l->order = r->segment_rooted ? order : variation_order(&r->jets, l, order);
+}
+
 /* the variations of the series of the step, or of those in the root of the time that is left */
 static void vary_series(const Run *r, Tangents *tangents, double ending)
 {
+    for (int k = 0; MODEL_CONES > 0 && k < tangents->count; k++)
+        follow_series(r, &tangents->list[k], variation_of(tangents, k), k % PAIR);
+    if (MODEL_CONES > 0) return;
     for (int k = 0; k < tangents->count; k += PAIR) {
         Variation *l = variation_of(tangents, k);
         l->ending = ending;
@@ -193,8 +229,9 @@ RunStatus tangents_fit_step(Run *r, Tangents *tangents)
     }
     taylor_complete(r);
     vary_series(r, tangents, 0.0);
+    if (r->segment_rests >= 0) return RUN_OK;
     const double length = shortest_length(r, tangents, r->segment_length);
-    if (!(length < r->segment_length) || !ends_at_root(r)) return taylor_shorten(r, length);
+    if (!(length < r->segment_length) || !ends_at_root(r) || MODEL_CONES > 0) return taylor_shorten(r, length);
     const double ending = variation_ending(r, taylor_order(r), tangents->rate);
     vary_series(r, tangents, ending);
     if (shortest_length(r, tangents, ending) < ending) {

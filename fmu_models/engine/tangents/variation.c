@@ -204,9 +204,7 @@ static int matrix_varies(const Run *r, const Variation *l)
     return varies;
 }
 
-/* the order up to which the series of the states are numbers: just before a force that is a root of the depth lets go,
-   high orders grow beyond all, and the step is so short that they do not matter */
-static int finite_order(const Jets *j, const Variation *l, int order)
+int variation_order(const Jets *j, const Variation *l, int order)
 {
     while (order > 0) {
         int finite = 1;
@@ -259,7 +257,7 @@ void variation_series(const Run *r, Variation *l, int order, HeldVariation held,
         for (int k = 0; model_contact_releases[c] && inside && k <= order; k++)
             model_release_variation(at->p, at->d, j, l, k, c);
     }
-    l->order = rooted ? order : finite_order(j, l, order);
+    l->order = rooted ? order : variation_order(j, l, order);
 }
 
 /* order k of the rate of a state of the motion itself */

@@ -47,6 +47,9 @@ typedef void (*HeldVariation)(void *of, const Run *r, Variation *l);
 /* all series to an order, from the first orders of t, u and x, from memory and parameters, on top of those of the
    motion, which must hold to that order */
 void variation_series(const Run *r, Variation *l, int order, HeldVariation held, void *of);
+/* the order up to which the series of the states are numbers: just before a force that is a root of the depth lets go,
+   high orders grow beyond all, and the step is so short that they do not matter */
+int variation_order(const Jets *j, const Variation *l, int order);
 /* the series of the motion over the step in use in s0 less the root of the time that is left, in r->scratch, where
    variations with `ending` find them, and of its rates, to the order before; returns s0 */
 double variation_ending(Run *r, int order, double (*rate)[MODEL_TERMS + 1]);

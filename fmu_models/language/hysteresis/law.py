@@ -98,5 +98,10 @@ class OfSlip(HysteresisLaw):
         return -sympy.sympify(self.law.force(speed, signs["speed"]))
 
     @property
+    def full(self) -> tuple[Expr, ...]:
+        """What the law itself says."""
+        return getattr(self.law, "full", ())
+
+    @property
     def requirements(self) -> tuple[Requirement, ...]:
         return self.law.requirements

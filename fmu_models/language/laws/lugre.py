@@ -49,6 +49,11 @@ class LuGre:
         return (self.bristle,)
 
     @property
+    def full(self) -> tuple[sympy.Expr, ...]:
+        """The deflection at breakaway."""
+        return (self.capacity / self.sigma0,)
+
+    @property
     def renewed(self) -> Mapping[State, sympy.Expr]:
         """None: bristles do not jump."""
         return {}

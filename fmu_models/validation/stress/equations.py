@@ -50,6 +50,10 @@ class StressEquations:
     def __init__(self, model: Model) -> None:
         self.system: HybridSystem = lower(model)
         system = self.system
+        if any(contact.kind.cone for contact in system.contacts):
+            raise StickslipError(
+                f"{model.name} has friction with two directions, which no judge knows. Simulate it alone."
+            )
         if system.signals:
             raise StickslipError(f"{model.name} has a periodic signal, which no judge knows. Stress it without.")
         self.driven = [state.name for state in system.driven]

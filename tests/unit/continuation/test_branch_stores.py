@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 from checkout import ROOT
+from lazy_fmu import LazyFmu
 from store_content import content
 
-from fmu_models import Execution, StickslipError, Strobe, load
+from fmu_models import Execution, StickslipError, Strobe
 from fmu_models.continuation import begin as begins
 from fmu_models.continuation.branches import Branches, branch, branches
 from fmu_models.continuation.problem.flow import FlowProblem
@@ -23,7 +24,7 @@ xarray = pytest.importorskip("xarray")
 pytest.importorskip("zarr")
 
 HELPERS = str(ROOT / "tests/helpers")
-FMU = load("discontinuous_support")
+FMU = LazyFmu("discontinuous_support")
 
 
 def support() -> Strobe:

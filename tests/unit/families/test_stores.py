@@ -17,6 +17,7 @@ import pytest
 from checkout import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
+from lazy_fmu import LazyFmu
 from store_content import content
 
 from fmu_models import maps
@@ -39,7 +40,7 @@ xarray = pytest.importorskip("xarray")
 pytest.importorskip("zarr")
 
 HELPERS = str(ROOT / "tests/helpers")
-SUPPORT = load("discontinuous_support")
+SUPPORT = LazyFmu("discontinuous_support")
 CHAOS = {"ks": 300.0, "cs": 0.6, "g": 1.6, "omega": 0.94}
 LINE = np.linspace(-8.0, 8.0, 12)
 SMALL = 600  # steps of a chunk

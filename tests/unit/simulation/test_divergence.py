@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from lazy_fmu import LazyFmu
 
 from fmu_models import maps
 from fmu_models.analyses.lyapunov import lyapunov
@@ -18,7 +19,7 @@ from fmu_models.simulation.divergence import keeps_volumes, volume_change
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import flow_derivative
 
-SUPPORT = load("discontinuous_support")
+SUPPORT = LazyFmu("discontinuous_support")
 VALUES = {"ks": 300.0, "cs": 0.6, "g": 1.6, "omega": 0.94}
 
 

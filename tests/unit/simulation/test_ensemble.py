@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 from crossed import crossings
+from lazy_fmu import LazyFmu
 
 from fmu_models import maps
 from fmu_models.analyses.attractors import claimed, targets_of
@@ -21,7 +22,6 @@ from fmu_models.analyses.spectrum import spectrum
 from fmu_models.base.errors import StickslipError
 from fmu_models.families import jobs as families
 from fmu_models.families.jobs import Jobs
-from fmu_models.fmu.load import load
 from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.iteration import Iteration, iterate
 from fmu_models.sections.periodic import find_cycles, motion_at
@@ -29,7 +29,7 @@ from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import flow_derivative
 
-SUPPORT, HINGE, BALL = load("discontinuous_support"), load("hinge_clearance"), load("bouncing_ball")
+SUPPORT, HINGE, BALL = map(LazyFmu, ("discontinuous_support", "hinge_clearance", "bouncing_ball"))
 T = 2.0 * math.pi
 GO = np.zeros(1, np.int32)
 CHAOS = {"ks": 300.0, "cs": 0.6, "g": 1.6, "omega": 0.94}

@@ -12,9 +12,9 @@ import pytest
 from crossed import crossings
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lazy_fmu import LazyFmu
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
@@ -25,13 +25,12 @@ from fmu_models.simulation.trajectory import Events, Trajectory
 
 # friction with two held contacts, impacts that chatter, a stop with memory, internal states, no contact at all
 MODELS = {
-    "disc_rig": built("disc_rig"),
-    "bouncing_ball": built("bouncing_ball", fmi_version="2.0"),
-    "hinge_clearance": built("hinge_clearance"),
-    "block_on_belt": built("block_on_belt", laws={"belt": "lugre"}),
-    "disc_rig_free": built("disc_rig", contacts=[]),
+    "disc_rig": LazyFmu("disc_rig"),
+    "bouncing_ball": LazyFmu("bouncing_ball", fmi_version="2.0"),
+    "hinge_clearance": LazyFmu("hinge_clearance"),
+    "block_on_belt": LazyFmu("block_on_belt", laws={"belt": "lugre"}),
+    "disc_rig_free": LazyFmu("disc_rig", contacts=[]),
 }
-OPEN = {name: Fmu.open(path) for name, path in MODELS.items()}
 
 
 class Stopped(Exception):
@@ -56,12 +55,12 @@ def same(one: Trajectory, other: Trajectory) -> bool:
 
 def fresh(name: str, *arguments: Any, **options: Any) -> Trajectory:
     """The run of an instance that has made no other."""
-    return simulate(Fmu.open(MODELS[name]), *arguments, **options)
+    return simulate(Fmu.open(MODELS[name].path), *arguments, **options)
 
 
 def options_of(name: str, draw: Callable[[Any], float]) -> dict[str, Any]:
     """Arguments of a run that differ from the defaults here and there."""
-    fmu = OPEN[name]
+    fmu = MODELS[name]
     near = st.floats(0.9, 1.1)
     given: dict[str, Any] = {"parameters": {}, "start": {}, "inputs": {}}
     for kind, names in (("parameters", fmu.parameters), ("inputs", fmu.inputs)):
@@ -78,7 +77,7 @@ def options_of(name: str, draw: Callable[[Any], float]) -> dict[str, Any]:
 
 def disturb(name: str, kept: KeptRun, what: str) -> None:
     """Something else that an instance may have been through."""
-    fmu = OPEN[name]
+    fmu = MODELS[name]
     match what:
         case "unknown":
             with pytest.raises(StickslipError):
@@ -102,7 +101,7 @@ def disturb(name: str, kept: KeptRun, what: str) -> None:
 @settings(max_examples=8, deadline=None)
 @given(data=st.data())
 def test_any_sequence_of_runs_is_that_of_fresh_instances(name: str, data: st.DataObject) -> None:
-    with KeptRun(OPEN[name]) as kept, pytest.MonkeyPatch.context() as patch:
+    with KeptRun(MODELS[name]) as kept, pytest.MonkeyPatch.context() as patch:
         patch.setattr(whole_run, "ALLOWANCE", 7)  # so that a run can be stopped in its middle
         for _ in range(data.draw(st.integers(1, 4))):
             disturb(name, kept, data.draw(st.sampled_from(["nothing", "unknown", "stopped", "section", "derivatives"])))
@@ -115,12 +114,12 @@ def test_any_sequence_of_runs_is_that_of_fresh_instances(name: str, data: st.Dat
                 assert str(caught.value) == str(error)
             else:
                 assert same(kept(1.5, **options), expected)
-                assert same(simulate(OPEN[name], 1.5, **options), expected)
+                assert same(simulate(MODELS[name], 1.5, **options), expected)
 
 
 @pytest.mark.parametrize("name", ["disc_rig", "bouncing_ball"])
 def test_an_error_of_the_engine_leaves_the_next_run_as_it_was(name: str) -> None:
-    with KeptRun(OPEN[name]) as kept:
+    with KeptRun(MODELS[name]) as kept:
         before = kept(2.0)
         for what in ("refused", "stopped", "refused"):
             disturb(name, kept, what)
@@ -128,7 +127,7 @@ def test_an_error_of_the_engine_leaves_the_next_run_as_it_was(name: str) -> None
 
 
 def test_a_message_is_that_of_its_own_run() -> None:
-    with KeptRun(OPEN["disc_rig"]) as kept:
+    with KeptRun(MODELS["disc_rig"]) as kept:
         with pytest.raises(StickslipError, match=r"^disc_rig: mu_k0 exceeds mu_s0"):
             kept(1.0, parameters={"mu_k0": 0.9})
         with pytest.raises(StickslipError, match=r"^disc_rig: mu_k1 exceeds mu_s1"):
@@ -137,7 +136,7 @@ def test_a_message_is_that_of_its_own_run() -> None:
 
 def test_threads_share_a_library_and_no_run() -> None:
     """Each thread its own parameters, some in one KeptRun, some by simulate, all at once."""
-    fmu = Fmu.open(MODELS["disc_rig"])
+    fmu = Fmu.open(MODELS["disc_rig"].path)
     loads = [{"N0": 5.0 + i} for i in range(4)]
     expected = [fresh("disc_rig", 20.0, parameters=load) for load in loads]
     found: list[bool] = []
@@ -161,14 +160,14 @@ def test_threads_share_a_library_and_no_run() -> None:
 def test_a_run_within_a_run_has_an_instance_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(whole_run, "ALLOWANCE", 20)
     inner: list[Trajectory] = []
-    with KeptRun(OPEN["disc_rig"]) as kept:
+    with KeptRun(MODELS["disc_rig"]) as kept:
         outer = kept(5.0, progress=lambda _: inner.append(kept(1.0, parameters={"N0": 7.0})))
     assert len(inner) > 2 and same(outer, fresh("disc_rig", 5.0))
     assert all(same(one, fresh("disc_rig", 1.0, parameters={"N0": 7.0})) for one in inner[:2])
 
 
 def test_results_outlive_the_runs_after_them() -> None:
-    with KeptRun(OPEN["bouncing_ball"]) as kept:
+    with KeptRun(MODELS["bouncing_ball"]) as kept:
         first = kept(3.0)
         values = {name: column.copy() for name, column in first.values.items()}
         events = tuple(first.events)
@@ -178,18 +177,18 @@ def test_results_outlive_the_runs_after_them() -> None:
 
 
 def test_what_is_closed_runs_no_more() -> None:
-    with KeptRun(OPEN["disc_rig"]) as kept, KeptRun(OPEN["disc_rig"]) as other:
+    with KeptRun(MODELS["disc_rig"]) as kept, KeptRun(MODELS["disc_rig"]) as other:
         kept.close()
         kept.close()
         with pytest.raises(StickslipError, match=r"closed\. Open a KeptRun again"):
             kept(1.0)
         assert len(other(1.0).time) == 1001
     with pytest.raises(StickslipError, match="tolerance must be a positive number, found -1"):
-        KeptRun(OPEN["disc_rig"], tolerance=-1.0)
+        KeptRun(MODELS["disc_rig"], tolerance=-1.0)
 
 
 def test_one_run_after_the_other_takes_one_instance() -> None:
-    fmu = Fmu.open(MODELS["disc_rig"])
+    fmu = Fmu.open(MODELS["disc_rig"].path)
     with KeptRun(fmu) as kept:
         for _ in range(3):
             kept(0.1)
@@ -201,7 +200,7 @@ def test_one_run_after_the_other_takes_one_instance() -> None:
 
 @pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="only Linux tells which libraries are loaded")
 def test_a_library_goes_with_its_fmu() -> None:
-    fmu = Fmu.open(MODELS["disc_rig"])
+    fmu = Fmu.open(MODELS["disc_rig"].path)
     folder = fmu.folder
     with KeptRun(fmu) as kept:
         kept(0.1)

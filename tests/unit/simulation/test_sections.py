@@ -12,6 +12,7 @@ import sympy
 from crossed import crossings
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lazy_fmu import LazyFmu
 from scipy.special import ellipk, ellipkinc
 
 from fmu_models.base.errors import StickslipError
@@ -25,8 +26,8 @@ from fmu_models.simulation.engine import RUN
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section, SectionFollower
 
-FREE = Fmu.open(built("disc_rig", contacts=[]))
-BALL = Fmu.open(built("bouncing_ball"))
+FREE = LazyFmu("disc_rig", contacts=[])
+BALL = LazyFmu("bouncing_ball")
 # J theta'' + k theta = 0
 W = 3.0
 HARMONIC: dict[str, Any] = {"parameters": {"J": 0.5, "k": 4.5, "c": 0.0}, "start": {"theta": 0.0, "omega": W}}

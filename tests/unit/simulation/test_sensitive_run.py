@@ -8,6 +8,7 @@ import threading
 
 import numpy as np
 import pytest
+from lazy_fmu import LazyFmu
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
@@ -16,7 +17,7 @@ from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.signal import Signal
 
-RIG = Fmu.open(built("disc_rig", contacts=("disc0",)))
+RIG = LazyFmu("disc_rig", contacts=("disc0",))
 
 
 @pytest.mark.parametrize(

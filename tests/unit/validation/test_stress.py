@@ -6,6 +6,7 @@ import dataclasses
 import json
 import subprocess
 import threading
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -28,12 +29,16 @@ from fmu_models.validation.stress.roles import roles
 from fmu_models.validation.stress.workers import judged, judges
 
 MODELS = ("block_on_belt", "bouncing_ball", "discontinuous_support", "impact_pair", "planar_hopf")
-SUBJECTS = {name: StressSubject.of(oscillators.load(name), Fmu.open(built(name))) for name in MODELS}
+
+
+@cache
+def subject(name: str) -> StressSubject:
+    return StressSubject.of(oscillators.load(name), Fmu.open(built(name)))
 
 
 def case(model: str, **changes: Any) -> Case:
     """Ten periods of the defaults, or with changes."""
-    (default,) = [one for one in grid(model, oscillators.load(model), SUBJECTS[model].equations) if not one.what][:1]
+    (default,) = [one for one in grid(model, oscillators.load(model), subject(model).equations) if not one.what][:1]
     return dataclasses.replace(default, **changes)
 
 
@@ -86,7 +91,7 @@ def test_a_new_model_needs_nothing():
 
 @pytest.mark.parametrize("name", MODELS)
 def test_right_answers_are_accurate(name):
-    cell = judge(case(name), SUBJECTS[name])
+    cell = judge(case(name), subject(name))
     assert (cell.verdict, cell.reached) == ("accurate", 1.0)
     assert cell.checks >= 7
     assert cell.error is not None and cell.error < 1e-12
@@ -107,14 +112,14 @@ def test_right_answers_are_accurate(name):
 def test_an_engine_with_another_parameter_fails(monkeypatch, model, wrong, check, said):
     """The judge is told the defaults; the engine has the wrong value in whatever units, mirrored or not."""
     run = trial.simulate
-    ratio = {name: value / SUBJECTS[model].equations.parameters[name] for name, value in wrong.items()}
+    ratio = {name: value / subject(model).equations.parameters[name] for name, value in wrong.items()}
 
     def other(fmu: Fmu, stop: float, **options: Any) -> Any:
-        given = SUBJECTS[model].equations.parameters | options["parameters"]
+        given = subject(model).equations.parameters | options["parameters"]
         return run(fmu, stop, **options | {"parameters": given | {n: given[n] * r for n, r in ratio.items()}})
 
     monkeypatch.setattr(trial, "simulate", other)
-    cell = judge(case(model), SUBJECTS[model])
+    cell = judge(case(model), subject(model))
     assert cell.verdict == "failed"
     assert cell.check == check
     assert said in cell.message
@@ -161,26 +166,26 @@ def late(column: np.ndarray, share: np.ndarray) -> np.ndarray:
 )
 def test_a_wrong_column_fails(monkeypatch, model, check, simulate):
     monkeypatch.setattr(trial, "simulate", simulate)
-    cell = judge(case(model), SUBJECTS[model])
+    cell = judge(case(model), subject(model))
     assert cell.verdict == "failed"
     assert cell.check in check.split()
 
 
 def test_a_hair_is_not_a_wrong_answer_but_no_accurate_one(monkeypatch):
     monkeypatch.setattr(trial, "simulate", tampered("energy", lambda e, share: e * (1 + 1e-5 * (share > 0.5))))
-    cell = judge(case("discontinuous_support"), SUBJECTS["discontinuous_support"])
+    cell = judge(case("discontinuous_support"), subject("discontinuous_support"))
     assert (cell.verdict, cell.check) == ("degraded", "energy")
     assert cell.error is not None and 1e-8 < cell.error < 1e-5  # of the work done in a stretch, which is larger
 
 
 def test_what_is_refused_names_the_reason():
-    cell = judge(case("impact_pair", parameters={"D": 0.0}), SUBJECTS["impact_pair"])
+    cell = judge(case("impact_pair", parameters={"D": 0.0}), subject("impact_pair"))
     assert (cell.verdict, cell.error) == ("refused", None)
     assert cell.message == "the walls overlap: their distance D must be positive"
 
 
 def test_a_stiff_case_covers_as_much_time_as_its_steps_allow():
-    cell = judge(case("block_on_belt", parameters={"k": 1e12}), SUBJECTS["block_on_belt"])
+    cell = judge(case("block_on_belt", parameters={"k": 1e12}), subject("block_on_belt"))
     assert cell.verdict == "accurate"
     assert 0 < cell.reached < 0.1
     assert "of the time]" in report.sentence(cell)

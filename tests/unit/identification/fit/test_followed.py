@@ -11,9 +11,12 @@ import pytest
 from identification import fit_friction
 from identification.estimators.base import Options
 from identification.fit.result import FrictionFit
+from identification.fitted_model.model import fitted_model
 from identification.inference.lmfit_exchange import Given
 from identification.measurement.disc_motion import disc_motion
 from identification.measurement.pooling import pool
+from identification.model_check.at_log import model_at
+from identification.model_check.families import compare_families
 from rig_io.bench.emulation import Disc, Emulation
 from rig_io.bench.emulator import emulate
 from rig_io.bench.materials import MATERIALS
@@ -114,3 +117,34 @@ def test_a_normal_force_near_nothing_is_told(logs: list[RigLog]) -> None:
     (warning,) = disc_motion(with_column(logs[0], load0=slack)).warnings
     assert "comes down to 0.09" in warning or "comes down to 0.1 N" in warning
     assert not disc_motion(logs[0]).warnings
+
+
+@pytest.fixture(scope="module")
+def constant() -> list[RigLog]:
+    """Logs of steady loads, each 1.5 K warmer than the last, of a friction that rises by 4 % with each kelvin."""
+    return weighed_logs(["none", "none", "none"], 0.04, rise=6.0, duration=10.0, transient=15.0)
+
+
+@pytest.mark.nightly
+def test_a_log_is_compared_at_its_own_load_and_temperature(constant: list[RigLog], logs: list[RigLog]) -> None:
+    fit = plain(constant, "shooting")
+    assert fit.sensors["temperature"] == pytest.approx(ROOM, abs=0.02)
+    read = FrictionFit.from_dict(fit.to_dict())
+    (family,) = compare_families(read, constant, uncertainty=False)
+    assert sum("Assumed: " in note for note in family.notes) == 2
+    assert family.passed
+    # as if all logs were at the mean temperature: friction 8 % off at either end
+    (cold,) = compare_families(read, [without(log, "temperature") for log in constant], uncertainty=False)
+    assert not cold.passed
+    (swayed,) = compare_families(read, logs[:1], uncertainty=False)
+    assert any("goes from 3.4" in note and "runs at its mean" in note for note in swayed.notes)
+
+
+def test_a_heavier_load_and_a_warmer_room_are_one_friction_of_the_model(logs: list[RigLog]) -> None:
+    fit = replace(plain(logs), sensors={"temperature": ROOM})
+    rise = next(one.value for one in fit.nuisance if one.name == "a_T")
+    model, rows = fitted_model(fit), len(logs[0].time)
+    warm = with_column(logs[0], load0=np.full(rows, 6.0), temperature=np.full(rows, ROOM + 10))
+    at = model_at(fit, model, disc_motion(warm))
+    assert at.parameters["N0"] == pytest.approx(6.0 * (1 + 10 * rise), rel=1e-9)
+    assert {name: at.parameters[name] for name in ("mu_s0", "J")} == {n: model.parameters[n] for n in ("mu_s0", "J")}

@@ -67,7 +67,7 @@ def test_an_offset_of_the_machine_is_friction_by_direction():
 @pytest.mark.nightly
 def test_the_command_compares_laws_of_a_machine():
     arm, one = str(DATA / "two_link_arm.py"), str(DATA / "two_link_arm_1.csv")
-    asked = [arm, one, "--set", "g=9.81", "--set", "l1=0.3", "--method", "least squares", "--laws"]
+    asked = [arm, one, "--set", "g=9.81", "--set", "l1=0.3", "--method", "least squares", "--laws", "usual"]
     found = json.loads(CliRunner().invoke(app, ["inverse", *asked, "--json"]).stdout)
     assert {joint: laws["scores"][0]["law"] for joint, laws in found["laws"].items()} == {
         "q1": "Coulomb+viscous",

@@ -87,12 +87,15 @@ class _Names:
         constants: dict[sympy.Basic, str] = {}
         self.slips: dict[sympy.Basic, str] = {}
         self.depths: dict[sympy.Basic, str] = {}
+        self.sides: set[sympy.Basic] = set()  # of switches by whose root laws go: positive
         for i, c in enumerate(system.contacts):
             constants[c.sign_symbol] = f"j->sign[{i}]"
             if c.memory_symbol is not None:
                 constants[c.memory_symbol] = f"j->memory[{i}]"
             if c.depth_symbol is not None:
                 self.depths[c.depth_symbol] = f"j->depth[{i}]"
+            if c.rooted and c.kind.surface:
+                self.sides.add(c.sign_symbol * c.slip)
             self.slips |= {c.slip_symbol: f"j->slip[{i}]", c.slip: f"j->slip[{i}]"}
         # with a mass matrix that is factored, W has no expressions
         self.W: dict[sympy.Basic, str] = {
@@ -107,7 +110,7 @@ class _Names:
         symbols = dict(self.free)
         for addition in series:
             symbols |= addition
-        return Recurrences(symbols, self.constants, self.slots, rooted=set(self.depths))
+        return Recurrences(symbols, self.constants, self.slots, rooted={*self.depths, *self.sides})
 
 
 def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str], list[str]]:

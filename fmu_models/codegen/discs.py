@@ -15,6 +15,7 @@ _IMAGES = {
     "product": "disc_product({r}, {0}[0], {r0}, {1}[0], {r1});",
     "square": "disc_product({r}, {0}[0], {r0}, {0}[0], {r0});",
     "power": "disc_power({r}, {0}[0], {r0}, {1}, {y}[0]);",
+    "lifted": "disc_lifted({r}, {0}[0], {r0}, {1});",
     "sqrt": "disc_sqrt({r}, {0}[0], {r0}, 1.0);",
     "root": "disc_root({r}, {0}[0], {r0});",
     "exp": "disc_exp({r}, {0}[0], {r0}, {y}[0]);",

@@ -45,7 +45,7 @@ class ContactDynamics:
             the normal direction of a rigid contact its negative gap.
         release: of a stop that lets go when its force vanishes, a quantity with the sign of its force, else None.
         remembers: the law reads the speed at which the contact was entered.
-        rooted: the law has half-integer powers of the depth.
+        rooted: the law has half-integer powers of the depth; of a switch, some law has those of sign times y.
         reset: states after the jump where y falls to zero, or where stick begins or ends, if they jump.
         reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0; bit 4 where stick begins or ends; bit 8 if
             the jumps may end in rest: then slip_rate is the second derivative of y, which stick holds at zero.

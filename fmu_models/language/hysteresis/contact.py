@@ -249,6 +249,9 @@ class Hysteresis(Contact):
                 **about,
             )
         if row.outflow is None:
+            if row.name in (f"{self.name}_{name}_side" for name in self.memory.rooted):
+                # zero exactly where it passes zero: its series in the root of time begins there
+                about |= {"rooted": True, "reset": {row.function: sympy.S.Zero}, "reset_sides": 3}
             return self._direction(rates, row.function, kind=SWITCH, sticks=False, **about)
         back = 1 + row.outflow
         about |= {"capacity": back, "capacity_minus": sympy.S.Zero, "force": (1 - sign) / 2 * back}

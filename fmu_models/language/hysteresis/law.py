@@ -47,6 +47,11 @@ class HysteresisLaw(ABC):
         return {}
 
     @property
+    def rooted(self) -> tuple[str, ...]:
+        """Names of switches that are a state, of which it reads half-integer powers above 1, as (sign z)^(3/2)."""
+        return ()
+
+    @property
     def elements(self) -> tuple[tuple[Expr, Expr], ...]:
         """Stiffness and bound of each slider, of a law that is a sum of sliders."""
         return ()

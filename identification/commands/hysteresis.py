@@ -77,7 +77,7 @@ def hysteresis(
         if fmu is not None:
             from fmu_models.codegen.package import export
 
-            export(fit.model(), fmu, values=fit.best.values, overwrite=files.overwrite)
+            export(fit.model(), fmu, values=fit.best.model_values, overwrite=files.overwrite)
 
     figures = [path for path in (files.figure, fmu) if path]
     files.say(fit.record(), lambda: hysteresis_report(fit), figures)

@@ -20,13 +20,12 @@ import numpy as np
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.fmu.load import load as load_fmu
 from fmu_models.language.contacts import Friction
 from fmu_models.language.dry_friction import DryFriction
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 from identification.calibration.calibrate import calibrate
-from identification.calibration.log import ModelLog
+from identification.calibration.log import ModelLog, Reading
 from identification.calibration.result import Calibration
 from identification.hysteresis.read import columns_by_role, numbers_by_role
 from rig_io.readers import read_table
@@ -38,6 +37,7 @@ FALLEN = 0.8  # of the first swing: the last of a decay is smaller
 GROWS = 1.02  # times the swing before: one that is driven
 MOST = 2000  # samples of a decay
 RATES = ("f", "c", "b")
+DECAY = "decay"  # what columns of its logs are for
 
 
 @dataclass(frozen=True)
@@ -96,17 +96,15 @@ def fit_decays(
         StickslipError: a file that cannot be read, or without a decay of `FEWEST` half cycles.
     """
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
-    decays = [part for path in paths for part in _decays(Path(path), columns or {}, units or {}, reader)]
-    fmu = load_fmu(decay_model(pendulum=pendulum))
-    firsts = [_first(time, angle) for _, time, angle in decays]
+    decays = [log for path in paths for log in read_decays(path, columns=columns, units=units, reader=reader)]
+    firsts = [_first(log.time, log.measured["angle"]) for log in decays]
     first = {name: float(np.median([values[name] for values in firsts])) for name in firsts[0]}
     first |= {name: max(first[name], 1e-3 * first[f"{name} of all"]) for name in RATES}
     begin = {name: first[name] for name in ("w0", *RATES, "zero")}
     bounds = {name: (0.0, 10 * first[f"{name} of all"]) for name in RATES}
-    seen = [ModelLog(name, time, {"angle": angle}).every(max(len(time) // MOST, 1)) for name, time, angle in decays]
     found = calibrate(
-        fmu,
-        seen,
+        f"identification.hysteresis.models:decaying_{'pendulum' if pendulum else 'oscillator'}",
+        [thinned(log) for log in decays],
         free=list(begin),
         parameters=begin,
         starts=["angle", "rate"],
@@ -115,15 +113,26 @@ def fit_decays(
         attempts=1,
         progress=progress,
     )
-    return replace(found, title=f"Decay of {', '.join(log.name for log in seen)}: friction over inertia")
+    reading = Reading(columns or {}, roles=DECAY, units=units or {})
+    return replace(found, title=f"Decay of {', '.join(found.logs)}: friction over inertia", reading=reading)
 
 
-def _decays(
-    path: Path, columns: Mapping[str, str], units: Mapping[str, str], reader: str | None
-) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Name, time (n,) s and angle (n,) rad of the decays of a file, without what is driven."""
+def thinned(decay: ModelLog) -> ModelLog:
+    """With `MOST` samples at most."""
+    return decay.every(max(len(decay.time) // MOST, 1))
+
+
+def read_decays(
+    path: str | os.PathLike[str],
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    reader: str | None = None,
+) -> tuple[ModelLog, ...]:
+    """The decays of a file, angles in rad, without what is driven; arguments and errors as those of `fit_decays`."""
+    path, units = Path(path), units or {}
     table = read_table(path, reader)
-    named = columns_by_role(table, columns, ROLES, ("time", "angle"), {2: ("time", "angle")})
+    named = columns_by_role(table, columns or {}, ROLES, ("time", "angle"), {2: ("time", "angle")})
     unit = units.get("angle") or table.units.get(named["angle"]) or "rad"
     # of a displacement the same equation holds
     expected = {"time": "s", "angle": "m" if unit.endswith("m") else "rad"}
@@ -136,7 +145,9 @@ def _decays(
             "freely until it rests, from a large angle."
         )
     names = [path.name] if len(parts) == 1 else [f"{path.name}, decay {i}" for i in range(1, len(parts) + 1)]
-    return [(name, time[a:b] - time[a], angle[a:b]) for name, (a, b) in zip(names, parts, strict=True)]
+    return tuple(
+        ModelLog(name, time[a:b] - time[a], {"angle": angle[a:b]}) for name, (a, b) in zip(names, parts, strict=True)
+    )
 
 
 def _peaks(angle: np.ndarray) -> np.ndarray:

@@ -15,17 +15,16 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.load import load as load_fmu
-from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
-from identification.calibration.log import ModelLog
-from identification.hysteresis.laws import FORCE, LAWS, LOAD, USUAL, WAY, LoopLaw, loop_model
+from identification.calibration.log import Reading
+from identification.hysteresis.again import LOOP, TIMED_LOOP, loop_log
+from identification.hysteresis.laws import CENTER, LAWS, MEDIAN, USUAL, LoopLaw, loop_model, loop_name
 from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.read import read_loop
 from identification.hysteresis.result import FittedLaw, HysteresisFit, cycles_of
 from identification.hysteresis.spectrum import SliderSpectrum, fit_sliders
 from identification.hysteresis.verdicts import verdicts
 
-MOST = 2000  # samples of a log that laws are compared with
 ATTEMPTS = 4  # of a law whose first values are guesses
 Loop = LoopLog | str | os.PathLike[str]
 
@@ -66,10 +65,11 @@ def identify_hysteresis(
     spectrum = fit_sliders(read, factors=factors, rate=rate)
     progress(0.2)
     load = float(np.median(np.abs(read[0].load))) if read[0].load is not None else None
+    reading = Reading(columns or {}, roles=TIMED_LOOP if spectrum.rate else LOOP, units=units or {})
     fitted: list[FittedLaw] = []
     varied = bool(factors)
     for number, name in enumerate(() if varied else laws):
-        fitted.append(_fitted(LAWS[name], read, others, spectrum, load))
+        fitted.append(_fitted(LAWS[name], read, others, spectrum, load, reading))
         progress(0.2 + 0.8 * (number + 1) / len(laws))
     notes = [note for log in (*read, *others) for note in log.notes]
     return HysteresisFit(
@@ -91,7 +91,12 @@ def _ready(source: Loop, **how: Any) -> LoopLog:
 
 
 def _fitted(
-    law: LoopLaw, logs: Sequence[LoopLog], others: Sequence[LoopLog], spectrum: SliderSpectrum, load: float | None
+    law: LoopLaw,
+    logs: Sequence[LoopLog],
+    others: Sequence[LoopLog],
+    spectrum: SliderSpectrum,
+    load: float | None,
+    reading: Reading,
 ) -> FittedLaw:
     """A law by least squares from the sliders' first values."""
     if law.timed and not spectrum.rate:
@@ -107,11 +112,11 @@ def _fitted(
     force, stiffness = per_load.sliding_force(), per_load.stiffness_at_rest()
     either = {"spring": 10 * stiffness, "offset": 10 * force, "damping": 1e3 * abs(damping.get("damping", 0.0)) + force}
     bounds = {name: (-most, most) for name, most in either.items() if name in first} | law.bounds(per_load)
-    seen, scored = ([_model_log(log, center, load) for log in some] for some in (logs, others))
     states = [name for name in fmu.states if not name.startswith("rest")]
+    seen, scored = ([loop_log(log, spectrum.rate, states) for log in some] for some in (logs, others))
     start = dict.fromkeys(fmu.states, 0.0)
     # full sliders are known by parameters that are sought themselves: how full they are is sought beside them
-    sought = states if any(log.turned for log in logs) else []
+    sought = states if any(log.turned or not log.known for log in logs) else []
     if all(log.turned for log in logs):
         side = np.sign(logs[0].way[0] - center)
         start |= {name: side * value for name, value in law.saturated(first, spectrum.reach).items()}
@@ -120,7 +125,7 @@ def _fitted(
             fmu,
             seen,
             free=list(first),
-            parameters={**start, **first},
+            parameters={**start, **first, CENTER: center, MEDIAN: scale},
             starts=sought,
             bounds=bounds,
             held_out=scored,
@@ -130,6 +135,9 @@ def _fitted(
         )
     except StickslipError as error:
         return FittedLaw(law.name, why=str(error))
+    # named for who opens the result; built once
+    declaration = f"identification.hysteresis.models:{loop_name(law, spectrum.rate)}"
+    found = replace(found, reading=reading, declaration=declaration)
     left: dict[bool, dict[str, float]] = {True: {}, False: {}}
     for line in found.residuals:
         left[line.held_out][line.log] = float(line.share or 0.0)
@@ -141,20 +149,3 @@ def _fitted(
         tuple((*found.directions, *found.warnings)),
         calibration=found,
     )
-
-
-def _model_log(log: LoopLog, center: float, load: float | None) -> ModelLog:
-    """The log of a model of loops; samples are a second apart where nobody says when they were.
-
-    The way, from ``center`` on, is followed between its reversals and `MOST` samples. One that stands has no sense: it
-    is drawn from where it came to to where it goes on.
-    """
-    stride = max(len(log.way) // MOST, 1)
-    knots = np.union1d(np.arange(0, len(log.way), stride), log.reversals)
-    moving = knots[np.concatenate([[True], np.diff(log.way[knots]) != 0])]
-    log = log.part(0, int(moving[-1]) + 1)
-    time = np.arange(len(log.way), dtype=float) if log.time is None else log.time - log.time[0]
-    inputs = {WAY: Signal(time[moving], log.way[moving] - center)}
-    if load is not None and log.load is not None:
-        inputs[LOAD] = Signal(time[moving], log.load[moving] / load)
-    return ModelLog(log.name, time, {FORCE: log.force}, inputs).every(stride)

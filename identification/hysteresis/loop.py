@@ -29,6 +29,7 @@ class LoopLog(Tabular):
         load: (n,) factor of the force, such as a normal force in N, None where it is constant.
         conditions: what was the same all through it, such as a current, by name.
         turned: whether it begins at a far turn, where all sliders that ever slide do; else at rest, without memory.
+        known: whether that is so; where nobody knows it, laws seek how they begin, and sliders take it as at rest.
         notes: what was done to it and what it lacks.
     """
 
@@ -41,6 +42,7 @@ class LoopLog(Tabular):
     load: np.ndarray | None = None
     conditions: Mapping[str, float] = field(default_factory=dict)
     turned: bool = False
+    known: bool = True
     notes: tuple[str, ...] = ()
 
     @property
@@ -122,11 +124,15 @@ class LoopLog(Tabular):
         begins_free = abs(self.force[0] - np.median(self.force)) < 0.1 * np.ptp(self.force)
         begins_free = begins_free and abs(self.way[0] - center) < 0.2 * reach
         far = self.reversals[np.abs(self.way[self.reversals] - center) > 0.95 * reach]
-        if begins_free or (len(far) and far[0] == 0):
+        if begins_free:
             return self
+        if len(far) and far[0] == 0:
+            # pulled as far as it goes, or mounted there and pulled to one side
+            away = np.abs(self.force - np.median(self.force))
+            return replace(self, turned=bool(away[0] > 0.5 * away.max()))
         if not len(far) or far[0] > len(self.way) // 2:
-            note = f"{self.name} begins with a memory that nobody knows and turns far too late: it is taken as at rest."
-            return replace(self, notes=(*self.notes, note))
+            note = f"{self.name} begins with a memory that nobody knows and turns late: sliders take it as at rest."
+            return replace(self, known=False, notes=(*self.notes, note))
         first = int(far[0])
         note = f"{self.name} begins with a memory that nobody knows: {first} samples up to its first far turn are left."
         return replace(self.part(first, None), turned=True, notes=(*self.notes, note))

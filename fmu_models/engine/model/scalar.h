@@ -37,11 +37,8 @@
 #define jet_cosh KIND(jet_cosh)
 #define jet_exp KIND(jet_exp)
 #define jet_integral KIND(jet_integral)
-<<<<<<< ours
 #define jet_length KIND(jet_length)
-=======
 #define jet_lifted KIND(jet_lifted)
->>>>>>> theirs
 #define jet_log KIND(jet_log)
 #define jet_power KIND(jet_power)
 #define jet_product KIND(jet_product)

@@ -123,7 +123,7 @@ class Hysteresis(Contact):
     def driven(self) -> bool:
         return not self.array
 
-    @property
+    @cached_property
     def speed(self) -> Expr:
         """x', from velocities and rates of inputs."""
         way: Any = sympy.sympify(self.way)

@@ -169,8 +169,8 @@ def test_a_law_is_found_from_its_own_loop(law: str) -> None:
             assert abs(one.value - truth[one.name]) < 4 * one.standard_deviation
             assert one.standard_deviation < 0.1 * abs(truth[one.name])
     time = np.arange(len(way), dtype=float)
-    run = simulate(load(fit.model()), time[-1], parameters=fit.best.values,
-                   inputs={"way": Signal(time, way - log.center)}, output_times=time)  # fmt: skip
+    run = simulate(load(fit.model()), time[-1], parameters=fit.best.model_values,
+                   inputs={"way": Signal(time, way)}, output_times=time)  # fmt: skip
     assert np.std(run["force"] - forces(way, *arguments)) < 0.02
     assert Hysteresis(name="joint", way=_way(), law=fit.law()).law == LAWS[law].at(fit.best.values)
 

@@ -11,6 +11,7 @@ Source: Lawson and Hanson, Solving Least Squares Problems (1974), chapter 23.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,8 @@ SLIDERS = 30
 FINEST = 300  # parts of the range: the least bound
 SPEEDS = 12  # widths of saturated damping
 SAME = 1e-9  # of a column: what is left of one that others hold
+LAGS = 14  # that are tried
+LAGGED = 4000  # samples by which a lag is found
 RIGID = 1.5  # times the least bound: a slider below it is one without spring, as far as the log tells
 
 
@@ -108,9 +111,10 @@ def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: b
         )
     for log in logs:
         for name in factors:
-            if name not in log.conditions:
+            if name not in log.conditions and name not in log.signals:
                 raise StickslipError(
-                    f"{log.name} says no '{name}'; it says {', '.join(log.conditions) or 'nothing'} in its name."
+                    f"{log.name} has no column '{name}' and does not say it in its name, which says "
+                    f"{', '.join(log.conditions) or 'nothing'}."
                 )
     rate = all(log.time is not None for log in logs) if rate is None else rate
     span = max(log.range for log in logs)
@@ -138,6 +142,29 @@ def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: b
     )
 
 
+def fit_lag(logs: Sequence[LoopLog], *, factors: Sequence[str], rate: bool | None = None) -> tuple[float, float, float]:
+    """The lag, s, with which sliders follow signals, and the root mean square, N, of what they leave with it and
+    without; errors as in `fit_sliders`, and of a log without times."""
+    from scipy.optimize import minimize_scalar
+
+    if any(log.time is None for log in logs):
+        raise StickslipError("A lag needs times. Name the column: --column time=NAME; or say that none is: --lag 0.")
+    stride = max(sum(len(log.way) for log in logs) // LAGGED, 1)
+
+    def left(lag: float) -> float:
+        rough = [log.lagged(lag).part(0, None, stride) for log in logs]
+        spectrum = fit_sliders(rough, factors=factors, rate=rate)
+        return float(np.sqrt(np.mean(np.concatenate([log.force - spectrum.force(log) for log in rough]) ** 2)))
+
+    times = [log.time for log in logs if log.time is not None]
+    lags = np.geomspace(min(float(np.median(np.diff(t))) for t in times) / 2, min(np.ptp(t) for t in times) / 20, LAGS)
+    without = left(0.0)
+    best = min(range(1, LAGS - 1), key=lambda i: left(float(lags[i])))
+    ends = np.log(lags[[best - 1, best + 1]])
+    found: Any = minimize_scalar(lambda log: left(float(np.exp(log))), bounds=tuple(ends), method="bounded")
+    return (float(np.exp(found.x)), float(found.fun), without) if found.fun < without else (0.0, without, without)
+
+
 def _columns(
     log: LoopLog, bound: np.ndarray, widths: np.ndarray, factors: Sequence[str], rate: bool, loaded: bool
 ) -> np.ndarray:
@@ -146,8 +173,9 @@ def _columns(
     if rate:
         speed = log.speed()[:, None]
         parts += [np.tanh(speed / widths), speed]
-    scale = np.array([1.0, *(log.conditions[name] for name in factors)])
-    columns = np.hstack([(part[:, :, None] * scale).reshape(len(log.way), -1) for part in parts])
+    said = {**log.conditions, **log.signals}
+    scale = np.column_stack(np.broadcast_arrays(np.ones(len(log.way)), *(said[name] for name in factors)))
+    columns = np.hstack([(part[:, :, None] * scale[:, None]).reshape(len(log.way), -1) for part in parts])
     return columns * log.load[:, None] if loaded and log.load is not None else columns
 
 

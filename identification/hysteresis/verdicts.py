@@ -15,6 +15,9 @@ PLAYS = 24  # widths of a backlash that are tried
 POOR = 0.05  # of the force: what sliders leave at least where a backlash is looked for
 OPEN = 0.05  # of the range of the force: a drift that is said
 SURE = 4.0  # standard deviations of it
+WEAKENED = 0.15  # of the force, from the first cycle to the last: a trend that is said
+ALONG = 0.1  # of a trend over the cycles: what their amplitudes must leave of it
+UNTOLD = 0.1  # of the force: what sliders leave at least where something else is asked for
 
 
 def verdicts(logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool) -> list[str]:
@@ -30,7 +33,14 @@ def verdicts(logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool) ->
     if spectrum.spring_beside() < -0.05 * spectrum.stiffness_at_rest():
         notes.append("The spring beside the sliders is negative: a force that falls with the way, which no slider has.")
     for log in logs:
-        notes += [*_drift(log, spectrum), *_backlash(log)]
+        said = [*_drift(log, spectrum), *(() if log.signals else _backlash(log))]
+        if not said and (left := spectrum.left(log)) > UNTOLD:
+            said = [
+                f"Sliders leave {100 * left:.3g} % of the force of {log.name}: it depends on more than its way. On the "
+                "speed (a column of the time), on what a column or the file's name tells (--factors), on a clearance "
+                "without force, on damage (--laws BoucWenBaberNoori)? Look at the loops: --figure FILE.png."
+            ]
+        notes += said
         if log.load is None or (left := spectrum.left(log)) == 0:
             continue
         ignored = replace(log, load=None)
@@ -38,6 +48,7 @@ def verdicts(logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool) ->
         notes.append(
             f"The force of {log.name} is taken in proportion to its load: {100 * left:.3g} % are left of "
             f"it, {100 * without:.3g} % where the load is ignored."
+            + (" Leave it out: --column load=" if without < 0.9 * left else "")
         )
     if varied:
         notes.append("Laws are fitted to logs of one condition: name these alone, without factors.")
@@ -45,21 +56,42 @@ def verdicts(logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool) ->
 
 
 def _drift(log: LoopLog, spectrum: SliderSpectrum) -> Iterator[str]:
-    """Loops that do not close: what the sliders leave moves from cycle to cycle."""
-    left = log.force - spectrum.force(log)
-    turns = log.reversals[1:-1:2]
-    means = np.array([left[a:b].mean() for a, b in pairwise(turns)])
-    if len(means) < 4:
+    """Loops that do not close, or lose their height: what the sliders leave moves from cycle to cycle."""
+    model = spectrum.force(log)
+    cycles = [slice(a, b) for a, b in pairwise(log.reversals[1:-1:2])]
+    if len(cycles) < 4:
         return
-    cycle = np.arange(len(means)) - (len(means) - 1) / 2
-    slope = float(cycle @ means / (cycle @ cycle))
-    rest = means - means.mean() - slope * cycle
-    deviation = float(np.sqrt(rest @ rest / (len(means) - 2) / (cycle @ cycle)))
-    if abs(slope) > SURE * deviation and abs(slope) * len(means) > OPEN * np.ptp(log.force):
+    spans = [float(np.ptp(log.way[cycle])) for cycle in cycles]
+    moved = _trend([float(np.mean(log.force[cycle] - model[cycle])) for cycle in cycles], [])
+    if abs(moved) > OPEN * np.ptp(log.force):
         yield (
-            f"The loops of {log.name} do not close: their force drifts by {slope * len(means):.3g} N over {len(means)} "
+            f"The loops of {log.name} do not close: their force drifts by {moved:.3g} N over {len(cycles)} "
             "cycles, which no law of the way does. Take the drift of the load cell off the column, or cut the log."
         )
+    pairs = [(log.force[cycle] - log.force[cycle].mean(), model[cycle] - model[cycle].mean()) for cycle in cycles]
+    # sliders may err by the amplitude alike, so that only what cycles of one amplitude lose counts
+    gain = _trend([float(f @ m / max(m @ m, 1e-300)) for f, m in pairs], spans)
+    if abs(gain) > WEAKENED:
+        yield (
+            f"The force of {log.name} {'grows' if gain > 0 else 'weakens'} by {100 * abs(gain):.2g} % over "
+            f"{len(cycles)} cycles beside what their amplitudes make, which no law without damage does. Fit one that "
+            "has it, --laws BoucWenBaberNoori, or cut the log."
+        )
+
+
+def _trend(values: Sequence[float], spans: Sequence[float]) -> float:
+    """How far values of cycles go from the first to the last, along a straight line beside one of their ``spans`` where
+    these differ; 0 where that is not sure."""
+    cycle = np.arange(len(values)) - (len(values) - 1) / 2
+    others = [np.ones(len(values)), *([np.asarray(spans)] if np.ptp(spans or [0.0]) > 0 else [])]
+    basis = np.linalg.qr(np.column_stack(others))[0]
+    along, rest = (one - basis @ (basis.T @ one) for one in (cycle, np.asarray(values)))
+    if len(values) < len(others) + 3 or along @ along < ALONG * (cycle @ cycle):
+        return 0.0
+    slope = float(along @ rest / (along @ along))
+    rest = rest - slope * along
+    deviation = float(np.sqrt(rest @ rest / (len(values) - len(others) - 1) / (along @ along)))
+    return slope * len(values) if abs(slope) > SURE * deviation else 0.0
 
 
 def _backlash(log: LoopLog) -> Iterator[str]:

@@ -49,7 +49,7 @@ def verdicts(
         notes.append("The spring beside the sliders is negative: a force that falls with the way, which no slider has.")
     for log in logs:
         said = [*_drift(log, spectrum), *(() if log.signals else _backlash(log))]
-        if least.get(log.name, np.inf) > TELLS * spectrum.left(log):
+        if not said and least.get(log.name, np.inf) > TELLS * spectrum.left(log):
             said += _beside(log, spectrum)
         if not said and (left := spectrum.left(log)) > UNTOLD:
             said = [

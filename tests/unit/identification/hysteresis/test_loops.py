@@ -338,4 +338,4 @@ def test_loops_that_lose_their_height_are_said(loop, lost: float) -> None:
     hard, _ = loop
     notes = identify_hysteresis(noisy(hard, hard + 3 * hard**3, 3, of_force=0.01), laws=[]).notes
     assert not any("damage does" in note for note in notes)
-    assert any("depends on more than its way" in note for note in notes)
+    assert any("spring beside that stiffens" in note for note in notes)

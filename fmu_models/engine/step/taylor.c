@@ -214,8 +214,14 @@ static double shorter_length(double length, const double *x, int m, int order, A
 static double state_length(const Jets *j, int order, Ask ask)
 {
     double length = INFINITY;
-    for (int i = 0; i < MODEL_NX; i++)
-        length = shorter_length(length, j->x[i], 0, order, ask);
+    int rises = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        rises |= cone_is_whole(c) && j->rising[c];
+    for (int i = 0; i < MODEL_NX; i++) {
+        const double own = shorter_length(length, j->x[i], 0, order, ask);
+        /* where slip begins the first two terms of a velocity may be rounding of zero */
+        length = rises ? fmax(own, shorter_length(length, j->x[i], 2, order, ask)) : own;
+    }
     return length;
 }
 

@@ -15,14 +15,19 @@ def main() -> None:
         signal.signal(signal.SIGINT, _leave)
     gc.disable()  # what is imported stays: nothing to collect
     # imported here and not above, where an interrupt could not be answered
-    from fmu_models.base import console
-    from identification.commands import application
+    from fmu_models.base.help_pages import with_pages
 
-    asked = application.only(sys.argv[1:])
-    gc.enable()
-    if ours:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    console.run(asked)
+    def run() -> None:
+        from fmu_models.base import console
+        from identification.commands import application
+
+        asked = application.only(sys.argv[1:])
+        gc.enable()
+        if ours:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        console.run(asked)
+
+    with_pages(sys.argv[1:], run)
 
 
 def _leave(*_: object) -> None:

@@ -126,12 +126,9 @@ def plain(text: str, style: str = "") -> Text:
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Yield a function to call with the fraction done. On a terminal a bar appears once the work has taken two seconds;
     elsewhere there is a line on standard error every ten seconds. Notes of an interrupt are said."""
-    from fmu_models.base.printable_console import PrintableConsole
-
-    out = PrintableConsole(stderr=True)
     pace, start = Pace(), time.monotonic()
     try:
-        with _bar(label, out) if out.is_terminal else _lines(label) as show:
+        with _bar(label) if sys.stderr.isatty() else _lines(label) as show:
 
             def advance(fraction: float) -> None:
                 elapsed = time.monotonic() - start
@@ -146,11 +143,13 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
 
 
 @contextmanager
-def _bar(label: str, out: Console) -> Iterator[Callable[[float, float, str], None]]:
+def _bar(label: str) -> Iterator[Callable[[float, float, str], None]]:
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
+    from fmu_models.base.printable_console import PrintableConsole
+
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TextColumn("{task.fields[left]}"))
-    bar = Progress(*columns, console=out, transient=True)
+    bar = Progress(*columns, console=PrintableConsole(stderr=True), transient=True)
     task = bar.add_task(label, total=1.0, left="")
 
     def show(elapsed: float, fraction: float, remaining: str) -> None:

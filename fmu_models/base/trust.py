@@ -21,6 +21,7 @@ left anything there, so that trust in it cannot be narrower than the process.
 import os
 import re
 import shlex
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -32,6 +33,7 @@ from fmu_models.base.errors import StickslipError
 FILE = re.compile(r"(?P<file>.+\.py)(:(?P<attribute>\w+))?")
 MODULE = re.compile(r"(?P<module>[\w.]+):(?P<attribute>\w+)")
 NATIVE = ".fmu"
+OURS = ("fmu_models", "identification", "rig_io")
 
 
 @dataclass
@@ -110,9 +112,17 @@ def _identity(reference: str, folder: Path) -> str:
     """One text for one piece of code, however it is named: a file without its links, or a module and where it is
     looked for."""
     if (module := MODULE.fullmatch(reference)) and not FILE.fullmatch(reference):
+        if _is_ours(module["module"]):
+            return str(shipped.folder().resolve() / module["module"])
         return f"{folder.resolve()}:{module['module']}"
     file = FILE.fullmatch(reference)
     return str(_resolved(file["file"] if file else reference, folder))
+
+
+def _is_ours(module: str) -> bool:
+    """Whether a module is of a package of the suite, which has been imported from where the suite is."""
+    package = sys.modules.get(name := module.partition(".")[0])
+    return name in OURS and getattr(package, "__path__", [""])[0] == str(shipped.ROOM / name)
 
 
 def _resolved(reference: str, folder: Path) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,8 +94,10 @@ class Beside(Shown):
         return measured
 
 
-def times_beside(logs: Iterable[Beside], times: Vector) -> Vector:
+def times_beside(logs: Sequence[Beside], times: Vector) -> Vector:
     """Output times (n,) s, and those of all samples between the first and last of them."""
+    if not logs:
+        return times
     measured = np.concatenate([times, *(log.log.time for log in logs)])
     return np.unique(measured[(measured >= times[0]) & (measured <= times[-1])])
 

@@ -31,12 +31,16 @@ LogLike = Union["os.PathLike[str]", str, "pandas.DataFrame", Mapping[str, ArrayL
 @dataclass(frozen=True)
 class Reading:
     """How the logs of a model were read. columns: by variable; inputs: constants by name, None of one that a log or a
-    signal drove; hold: inputs that keep their value between samples; events: columns of event times by contact."""
+    signal drove; hold: inputs that keep their value between samples; events: columns of event times by contact. roles:
+    what columns are for where they are no variables, of loops or decays, which have readers of their own; units: by
+    role."""
 
     columns: Mapping[str, str] = field(default_factory=dict)
     inputs: Mapping[str, float | None] = field(default_factory=dict)
     hold: tuple[str, ...] = ()
     events: Mapping[str, str] = field(default_factory=dict)
+    roles: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def read(self, source: LogLike, fmu: Fmu, *, name: str = "log") -> ModelLog:
         """Another log of the model. StickslipError: as in `model_log`, or it lacks an input that the others had."""
@@ -52,7 +56,9 @@ class Reading:
 @dataclass(frozen=True, eq=False)
 class ModelLog:
     """name: of the log; time: (n,) s; measured: (n,) by variable, in its unit; inputs: by name; events:
-    (k,) s by contact; instruments: what is said of the sensors of measured variables, in their units.
+    (k,) s by contact; instruments: what is said of the sensors of measured variables, in their units; over: the
+    input that measured variables are drawn over, empty for their rates; begun: states whose start is this log's own,
+    though a calibration holds them.
 
     Raises:
         StickslipError: times that do not ascend, a cell without a number, an input that does not cover the log.
@@ -64,6 +70,8 @@ class ModelLog:
     inputs: Mapping[str, float | Signal] = field(default_factory=dict)
     events: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     instruments: Mapping[str, Instrument] = field(default_factory=dict)
+    over: str = ""
+    begun: tuple[str, ...] = ()
 
     @property
     def observed(self) -> dict[str, NDArray[np.float64]]:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from lmfit import Minimizer
 
 KIND = "stickslip calibration"
+LOOPS = "stickslip hysteresis"  # of several calibrations, one for each law, the best first
 LEVEL = 0.95
 
 
@@ -229,7 +230,7 @@ class Calibration(Pictured):
 
 
 def read_calibration(path: str | os.PathLike[str]) -> Calibration:
-    """A result of 'stickslip calibrate MODEL LOGS -o FILE.json'.
+    """A result of 'stickslip calibrate MODEL LOGS -o FILE.json', of 'decay', or that of the best law of 'hysteresis'.
 
     Raises:
         StickslipError: there is none, or it is something else.
@@ -237,6 +238,10 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
     file = existing(path, "calibration", " Make one: stickslip calibrate MODEL LOGS --free k,c -o FILE.json")
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
+        if isinstance(content, dict) and content.get("type") == LOOPS:
+            if not any(law["calibration"] for law in content["laws"]):
+                raise StickslipError("no law was fitted to its loops; see --laws")
+            content = {"type": KIND, **content["laws"][0]["calibration"]}
         if not isinstance(content, dict) or content.pop("type", None) != KIND:
             raise StickslipError(f'it lacks "type": "{KIND}"')
         for sensor in content.get("sensors", {}).values():
@@ -248,6 +253,17 @@ def read_calibration(path: str | os.PathLike[str]) -> Calibration:
         raise StickslipError(
             f"'{path}' is no calibration ({error}). Give a result of 'stickslip calibrate MODEL LOGS -o FILE'."
         ) from error
+
+
+def loops_of(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """What a saved result says of loops beside its best law, plain values: sliders, cycles, laws by what they leave;
+    nothing of another result."""
+    content = json.loads(Path(path).read_text(encoding="utf-8"))
+    if content.get("type") != LOOPS:
+        return {}
+    said = {key: content[key] for key in ("stiffness", "sliding_force", "spring_beside", "cycles", "notes")}
+    laws = [{"law": law["name"], "left": max(law["left"].values())} for law in content["laws"] if law["left"]]
+    return {**said, "laws": laws, "declaration": content["laws"][0]["declaration"]}
 
 
 def calibrated_fmu(

@@ -115,6 +115,8 @@ class Search:
             return self._descended([x for _, x in met])
         if trials.nodes is None:
             return self._descended(telling(self.draws, trials.posed, MORE * plan.starts, len(self.draws)))
+        if plan.guesses == plan.segments == 1:  # the first values are near, and nothing is looked for elsewhere
+            return self._descended([np.append(self.draws[0], trials.nodes.rolled(self.draws[0])[0])])
         scan = _Scan(self.runner, trials, self.free, self.generator)
         scan.score(self.draws, lambda done: plan.progress(SCAN * done / 2))
         scan.along_lines(lambda done: plan.progress(SCAN * (1 + done) / 2))

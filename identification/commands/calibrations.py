@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -77,7 +77,11 @@ def read_calibrated(
 
     calibration = read_calibration(path)
     fmu = calibrated_fmu(calibration, declaration)
-    return calibration, fmu, [calibration.reading.read(log, fmu) for log in logs]
+    if not calibration.reading.roles:
+        return calibration, fmu, [calibration.reading.read(log, fmu) for log in logs]
+    from identification.hysteresis.again import read_again
+
+    return calibration, fmu, [one for log in logs for one in read_again(calibration, log)]
 
 
 def compare_calibration(path: Path, logs: Sequence[Path], declaration: str | None, files: ResultFiles) -> None:
@@ -111,6 +115,7 @@ def report_calibration(
     json: bool,
 ) -> None:
     """Write the page of a calibration."""
+    from identification.calibration.result import loops_of
     from identification.report.calibration_page import calibration_findings
 
     with console.warnings_said(), console.progress("reporting") as advance:
@@ -118,4 +123,4 @@ def report_calibration(
         findings = calibration_findings(
             calibration, fmu, read, interactive=interactive, progress=lambda done: advance(0.9 * done)
         )
-    say_report(findings, output, overwrite, json)
+    say_report(replace(findings, loops=loops_of(path)), output, overwrite, json)

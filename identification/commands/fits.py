@@ -28,7 +28,10 @@ if TYPE_CHECKING:
     from identification.report.page import Findings
     from rig_io.logs.log import RigLog
 
-FitFile = Annotated[Path, typer.Argument(metavar="FIT", help="Result of 'stickslip fit', 'inverse' or 'calibrate'.")]
+FitFile = Annotated[
+    Path,
+    typer.Argument(metavar="FIT", help="Result of 'stickslip fit', 'inverse', 'calibrate', 'hysteresis' or 'decay'."),
+]
 FigurePath = Annotated[Path | None, typer.Option("--figure", help="Draw the figure (png, svg, pdf).")]
 Disturbing = Annotated[
     str,
@@ -53,7 +56,7 @@ ANY_MODEL, MACHINE, RIG = "any model", "a machine", "a rig"  # what there are fi
 def fitted_kind(path: Path) -> str:
     """What a file holds a fit of: `ANY_MODEL`, `MACHINE`, or else `RIG`, whose reader tells what is wrong in one that
     is none."""
-    from identification.calibration.result import KIND
+    from identification.calibration.result import KIND, LOOPS
 
     try:
         content = json_files.loads(path.read_text(encoding="utf-8"))
@@ -61,7 +64,7 @@ def fitted_kind(path: Path) -> str:
         return RIG
     if not isinstance(content, dict):
         return RIG
-    return ANY_MODEL if content.get("type") == KIND else MACHINE if "machine" in content else RIG
+    return ANY_MODEL if content.get("type") in (KIND, LOOPS) else MACHINE if "machine" in content else RIG
 
 
 def sampled(found: Sampled, draw: Callable[[], Posterior]) -> Sampled:

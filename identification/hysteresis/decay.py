@@ -20,24 +20,28 @@ import numpy as np
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.fmu.load import load as load_fmu
 from fmu_models.language.contacts import Friction
 from fmu_models.language.dry_friction import DryFriction
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 from identification.calibration.calibrate import calibrate
-from identification.calibration.log import ModelLog
+from identification.calibration.log import ModelLog, Reading
 from identification.calibration.result import Calibration
+from identification.hysteresis.loop import scatter
 from identification.hysteresis.read import columns_by_role, numbers_by_role
 from rig_io.readers import read_table
 
 ROLES = {"time": r"t(ime)?|zeit", "angle": r"angle|theta|phi|winkel|q|x|y|pos\w*|disp\w*|encoder"}
 FLOOR = 0.02  # of the largest swing: smaller ones are noise
 FEWEST = 4  # half cycles
+NOISES, WHITE = 3.0, 1e-6  # of the noise: what is left that is said; or the chance of its colour
+BENT = 2e-3  # of a period: its change with the amplitude that is said
 FALLEN = 0.8  # of the first swing: the last of a decay is smaller
+HELD = 1.1  # times a half cycle: a first one that was held before
 GROWS = 1.02  # times the swing before: one that is driven
 MOST = 2000  # samples of a decay
 RATES = ("f", "c", "b")
+DECAY = "decay"  # what columns of its logs are for
 
 
 @dataclass(frozen=True)
@@ -96,17 +100,15 @@ def fit_decays(
         StickslipError: a file that cannot be read, or without a decay of `FEWEST` half cycles.
     """
     paths = [logs] if isinstance(logs, str | os.PathLike) else list(logs)
-    decays = [part for path in paths for part in _decays(Path(path), columns or {}, units or {}, reader)]
-    fmu = load_fmu(decay_model(pendulum=pendulum))
-    firsts = [_first(time, angle) for _, time, angle in decays]
+    decays = [log for path in paths for log in read_decays(path, columns=columns, units=units, reader=reader)]
+    firsts = [_first(log.time, log.measured["angle"]) for log in decays]
     first = {name: float(np.median([values[name] for values in firsts])) for name in firsts[0]}
     first |= {name: max(first[name], 1e-3 * first[f"{name} of all"]) for name in RATES}
     begin = {name: first[name] for name in ("w0", *RATES, "zero")}
     bounds = {name: (0.0, 10 * first[f"{name} of all"]) for name in RATES}
-    seen = [ModelLog(name, time, {"angle": angle}).every(max(len(time) // MOST, 1)) for name, time, angle in decays]
     found = calibrate(
-        fmu,
-        seen,
+        f"identification.hysteresis.models:decaying_{'pendulum' if pendulum else 'oscillator'}",
+        [thinned(log) for log in decays],
         free=list(begin),
         parameters=begin,
         starts=["angle", "rate"],
@@ -115,15 +117,28 @@ def fit_decays(
         attempts=1,
         progress=progress,
     )
-    return replace(found, title=f"Decay of {', '.join(log.name for log in seen)}: friction over inertia")
+    said = [note for log in decays for note in _unlike(log, found, pendulum)]
+    reading = Reading(columns or {}, roles=DECAY, units=units or {})
+    title = f"Decay of {', '.join(found.logs)}: friction over inertia"
+    return replace(found, title=title, reading=reading, warnings=(*found.warnings, *said))
 
 
-def _decays(
-    path: Path, columns: Mapping[str, str], units: Mapping[str, str], reader: str | None
-) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Name, time (n,) s and angle (n,) rad of the decays of a file, without what is driven."""
+def thinned(decay: ModelLog) -> ModelLog:
+    """With `MOST` samples at most."""
+    return decay.every(max(len(decay.time) // MOST, 1))
+
+
+def read_decays(
+    path: str | os.PathLike[str],
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    reader: str | None = None,
+) -> tuple[ModelLog, ...]:
+    """The decays of a file, angles in rad, without what is driven; arguments and errors as those of `fit_decays`."""
+    path, units = Path(path), units or {}
     table = read_table(path, reader)
-    named = columns_by_role(table, columns, ROLES, ("time", "angle"), {2: ("time", "angle")})
+    named = columns_by_role(table, columns or {}, ROLES, ("time", "angle"), {2: ("time", "angle")})
     unit = units.get("angle") or table.units.get(named["angle"]) or "rad"
     # of a displacement the same equation holds
     expected = {"time": "s", "angle": "m" if unit.endswith("m") else "rad"}
@@ -136,7 +151,9 @@ def _decays(
             "freely until it rests, from a large angle."
         )
     names = [path.name] if len(parts) == 1 else [f"{path.name}, decay {i}" for i in range(1, len(parts) + 1)]
-    return [(name, time[a:b] - time[a], angle[a:b]) for name, (a, b) in zip(names, parts, strict=True)]
+    return tuple(
+        ModelLog(name, time[a:b] - time[a], {"angle": angle[a:b]}) for name, (a, b) in zip(names, parts, strict=True)
+    )
 
 
 def _peaks(angle: np.ndarray) -> np.ndarray:
@@ -164,10 +181,41 @@ def _falling(time: np.ndarray, angle: np.ndarray) -> list[tuple[int, int]]:
         if last - first < FEWEST or swings[last - 1] > FALLEN * swings[first]:
             continue
         end = len(angle) if last == len(swings) else int(peaks[last - 1])
-        period = 2 * float(np.median(np.diff(time[peaks[first : last + 1]])))
-        rests = np.searchsorted(time, time[peaks[min(last, len(peaks) - 1)]] + 2 * period)
-        parts.append((int(peaks[first]), min(end, int(rests))))
+        halves = np.diff(time[peaks[first : last + 1]])
+        half = float(np.median(halves))
+        rests = np.searchsorted(time, time[peaks[min(last, len(peaks) - 1)]] + 4 * half)
+        # what drives or holds it may do so until within the first swing
+        led = first > 0 or halves[0] > HELD * half
+        parts.append((int(peaks[first + led]), min(end, int(rests))))
     return parts
+
+
+def _unlike(log: ModelLog, found: Calibration, pendulum: bool) -> list[str]:
+    """What in a decay such an oscillator cannot do."""
+    name, time, angle = log.name, log.time, np.asarray(log.measured["angle"])
+    line = next(line for line in found.residuals if line.log == name)
+    noise = max(scatter(angle), float(np.min(np.abs(np.diff(np.unique(angle))), initial=np.inf)) / np.sqrt(12))
+    if line.rms < NOISES * noise and line.chance > WHITE:
+        return []
+    away = angle - found.values["zero"]
+    before = np.flatnonzero(away[:-1] * away[1:] < 0)
+    through = time[before] - away[before] * (time[before + 1] - time[before]) / (away[before + 1] - away[before])
+    swings = np.array([np.abs(away[a : b + 1]).max() for a, b in pairwise(before)])
+    large = swings > np.sqrt(FLOOR) * np.max(swings, initial=0.0)
+    said = (
+        f"{name} leaves {line.rms:.3g} rad, for its noise of {noise:.3g}, and not by chance: values may be off by more "
+        "than their intervals."
+    )
+    if large.sum() < FEWEST:
+        return [said]
+    # a half cycle of amplitude A lasts longer by A^2/16 under gravity
+    slope, rest = np.polyfit(swings[large] ** 2, np.diff(through)[large], 1)
+    longer = 16 * slope / rest - pendulum
+    if abs(longer) * np.max(swings) ** 2 / 16 < BENT:
+        return [f"{said} Look at friction that is larger at rest or uneven, at pushes, at the sensor."]
+    if not pendulum and 0.7 < longer < 1.3:
+        return [f"{said} Its period grows with the amplitude as gravity has it: say --pendulum."]
+    return [f"{said} Its spring {'softens' if longer > 0 else 'stiffens'} with the angle; start from smaller swings."]
 
 
 def _first(time: np.ndarray, angle: np.ndarray) -> dict[str, float]:

@@ -15,17 +15,16 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.threads import one_blas_thread
 from fmu_models.fmu.load import load as load_fmu
-from fmu_models.simulation.signal import Signal
 from identification.calibration.calibrate import calibrate
-from identification.calibration.log import ModelLog
-from identification.hysteresis.laws import FORCE, LAWS, LOAD, USUAL, WAY, LoopLaw, loop_model
+from identification.calibration.log import Reading
+from identification.hysteresis.again import LOOP, TIMED_LOOP, loop_log
+from identification.hysteresis.laws import CENTER, LAWS, MEDIAN, USUAL, LoopLaw, loop_model, loop_name
 from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.read import read_loop
 from identification.hysteresis.result import FittedLaw, HysteresisFit, cycles_of
-from identification.hysteresis.spectrum import SliderSpectrum, fit_sliders
+from identification.hysteresis.spectrum import SliderSpectrum, fit_lag, fit_sliders
 from identification.hysteresis.verdicts import verdicts
 
-MOST = 2000  # samples of a log that laws are compared with
 ATTEMPTS = 4  # of a law whose first values are guesses
 Loop = LoopLog | str | os.PathLike[str]
 
@@ -38,6 +37,7 @@ def identify_hysteresis(
     factors: Sequence[str] = (),
     held_out: Sequence[Loop] = (),
     rate: bool | None = None,
+    lag: float | None = None,
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
     reader: str | None = None,
@@ -48,9 +48,11 @@ def identify_hysteresis(
     Args:
         logs: files, or logs as `read.read_loop` reads them.
         laws: names of `laws.LAWS`; none for the sliders alone.
-        factors: conditions, such as a current in A from the names of files, with which the sliders grow.
+        factors: what the sliders grow with: conditions, such as a current in A from the names of files, or columns,
+            such as a voltage.
         held_out: logs that only score.
         rate: whether the force may depend on the speed too; where None, as all logs have times.
+        lag: s, with which sliders follow columns that are factors, as a first-order lag; fitted where None.
         columns, units, reader: as in `read.read_loop`.
         progress: called with the fraction done.
 
@@ -61,17 +63,29 @@ def identify_hysteresis(
         refuse_unknown(name, LAWS, f"There is no law '{name}' of loops.")
     listed = [logs] if isinstance(logs, LoopLog | str | os.PathLike) else list(logs)
     read, others = (
-        [_ready(one, columns=columns, units=units, reader=reader) for one in some] for some in (listed, held_out)
+        [_ready(one, columns=columns, units=units, reader=reader, signals=factors) for one in some]
+        for some in (listed, held_out)
     )
+    said: list[str] = []
+    if any(name in log.signals for log in read for name in factors):
+        if lag is None:
+            lag, left, without = fit_lag(read, factors=factors, rate=rate)
+            said.append(
+                f"The sliders follow {', '.join(factors)} with a lag of {lag:.3g} s: {left:.3g} N are left, "
+                f"{without:.3g} N without a lag."
+            )
+        read, others = ([log.lagged(lag) for log in some] for some in (read, others))
     spectrum = fit_sliders(read, factors=factors, rate=rate)
     progress(0.2)
     load = float(np.median(np.abs(read[0].load))) if read[0].load is not None else None
+    reading = Reading(columns or {}, roles=TIMED_LOOP if spectrum.rate else LOOP, units=units or {})
     fitted: list[FittedLaw] = []
     varied = bool(factors)
     for number, name in enumerate(() if varied else laws):
-        fitted.append(_fitted(LAWS[name], read, others, spectrum, load))
+        fitted.append(_fitted(LAWS[name], read, others, spectrum, load, reading))
         progress(0.2 + 0.8 * (number + 1) / len(laws))
     notes = [note for log in (*read, *others) for note in log.notes]
+    least = {log.name: min((law.left[log.name] for law in fitted if not law.why), default=np.inf) for log in read}
     return HysteresisFit(
         logs=tuple(read),
         held_out=tuple(others),
@@ -81,7 +95,8 @@ def identify_hysteresis(
         cycles=tuple(cycle for log in read for cycle in cycles_of(log)),
         laws=tuple(sorted(fitted, key=lambda law: law.worst)),
         load=load,
-        notes=(*notes, *verdicts(read, spectrum, varied)),
+        lag=lag,
+        notes=(*notes, *said, *verdicts(read, spectrum, varied, least)),
     )
 
 
@@ -91,7 +106,12 @@ def _ready(source: Loop, **how: Any) -> LoopLog:
 
 
 def _fitted(
-    law: LoopLaw, logs: Sequence[LoopLog], others: Sequence[LoopLog], spectrum: SliderSpectrum, load: float | None
+    law: LoopLaw,
+    logs: Sequence[LoopLog],
+    others: Sequence[LoopLog],
+    spectrum: SliderSpectrum,
+    load: float | None,
+    reading: Reading,
 ) -> FittedLaw:
     """A law by least squares from the sliders' first values."""
     if law.timed and not spectrum.rate:
@@ -107,11 +127,11 @@ def _fitted(
     force, stiffness = per_load.sliding_force(), per_load.stiffness_at_rest()
     either = {"spring": 10 * stiffness, "offset": 10 * force, "damping": 1e3 * abs(damping.get("damping", 0.0)) + force}
     bounds = {name: (-most, most) for name, most in either.items() if name in first} | law.bounds(per_load)
-    seen, scored = ([_model_log(log, center, load) for log in some] for some in (logs, others))
     states = [name for name in fmu.states if not name.startswith("rest")]
+    seen, scored = ([loop_log(log, spectrum.rate, states) for log in some] for some in (logs, others))
     start = dict.fromkeys(fmu.states, 0.0)
     # full sliders are known by parameters that are sought themselves: how full they are is sought beside them
-    sought = states if any(log.turned for log in logs) else []
+    sought = states if any(log.turned or not log.known for log in logs) else []
     if all(log.turned for log in logs):
         side = np.sign(logs[0].way[0] - center)
         start |= {name: side * value for name, value in law.saturated(first, spectrum.reach).items()}
@@ -120,7 +140,7 @@ def _fitted(
             fmu,
             seen,
             free=list(first),
-            parameters={**start, **first},
+            parameters={**start, **first, CENTER: center, MEDIAN: scale},
             starts=sought,
             bounds=bounds,
             held_out=scored,
@@ -130,6 +150,9 @@ def _fitted(
         )
     except StickslipError as error:
         return FittedLaw(law.name, why=str(error))
+    # named for who opens the result; built once
+    declaration = f"identification.hysteresis.models:{loop_name(law, spectrum.rate)}"
+    found = replace(found, reading=reading, declaration=declaration)
     left: dict[bool, dict[str, float]] = {True: {}, False: {}}
     for line in found.residuals:
         left[line.held_out][line.log] = float(line.share or 0.0)
@@ -141,20 +164,3 @@ def _fitted(
         tuple((*found.directions, *found.warnings)),
         calibration=found,
     )
-
-
-def _model_log(log: LoopLog, center: float, load: float | None) -> ModelLog:
-    """The log of a model of loops; samples are a second apart where nobody says when they were.
-
-    The way, from ``center`` on, is followed between its reversals and `MOST` samples. One that stands has no sense: it
-    is drawn from where it came to to where it goes on.
-    """
-    stride = max(len(log.way) // MOST, 1)
-    knots = np.union1d(np.arange(0, len(log.way), stride), log.reversals)
-    moving = knots[np.concatenate([[True], np.diff(log.way[knots]) != 0])]
-    log = log.part(0, int(moving[-1]) + 1)
-    time = np.arange(len(log.way), dtype=float) if log.time is None else log.time - log.time[0]
-    inputs = {WAY: Signal(time[moving], log.way[moving] - center)}
-    if load is not None and log.load is not None:
-        inputs[LOAD] = Signal(time[moving], log.load[moving] / load)
-    return ModelLog(log.name, time, {FORCE: log.force}, inputs).every(stride)

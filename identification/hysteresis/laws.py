@@ -24,6 +24,7 @@ from fmu_models.language.quantities import Coordinate, Input, Parameter
 from identification.hysteresis.spectrum import SliderSpectrum
 
 WAY, LOAD, FORCE, HELD = "way", "load", "force", "h"
+CENTER, MEDIAN = "center", "median_load"
 FREED = 8  # sliders of a joint that begins to slip little by little
 Values = Mapping[str, float]
 
@@ -52,10 +53,17 @@ class LoopLaw:
         return {state.name: value for state, value in zip(law.lowered.states(HELD, "m"), full, strict=False)}
 
 
+def loop_name(law: LoopLaw, rate: bool) -> str:
+    """Of the model of a law, with a damper or without."""
+    return f"loop_{law.name.lower().replace('-', '_')}" + ("_damped" if rate else "")
+
+
 def loop_model(law: LoopLaw, *, rate: bool) -> Mechanism:
     """The law along a way that an input prescribes, beside a spring, an offset and, with ``rate``, a damper; the load
-    is another input, 1 where nothing is said."""
-    way, load = Input(WAY, 0.0, "m", "displacement"), Input(LOAD, 1.0, "1", "load over its median")
+    is another input, of which the force is a factor."""
+    way, load = Input(WAY, 0.0, "m", "displacement"), Input(LOAD, 1.0, "N", "load that scales the law")
+    center = Parameter(CENTER, 0.0, "m", "middle of the way")
+    median = Parameter(MEDIAN, 1.0, "N", "load at which the parameters of the law hold", positive=True)
     rest = Coordinate("rest", "m", "a body that nothing moves", velocity="rest_speed")
     mass = Parameter("rest_mass", 1.0, "kg", "mass of the body that nothing moves", positive=True)
     spring, offset, damper = (
@@ -66,15 +74,15 @@ def loop_model(law: LoopLaw, *, rate: bool) -> Mechanism:
             ("damping", "N s/m", "viscous damping beside the law"),
         )
     )
-    held = Hysteresis(name=HELD, way=way, law=law.law, load=load, damping=damper if rate else sympy.S.Zero)
+    held = Hysteresis(name=HELD, way=way, law=law.law, load=load / median, damping=damper if rate else sympy.S.Zero)
     return Mechanism(
-        name=f"loop_{law.name.lower().replace('-', '_')}" + ("_damped" if rate else ""),
+        name=loop_name(law, rate),
         title=f"Force of {law.name} along a way",
         source="fmu_models.language.hysteresis",
         coordinates=[rest],
         kinetic_energy=mass * rest.v**2 / 2,
         contacts=[held],
-        outputs=[Output(FORCE, held.force + spring * way + offset, "N", "force that resists the way")],
+        outputs=[Output(FORCE, held.force + spring * (way - center) + offset, "N", "force that resists the way")],
     )
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, named
 from fmu_models.base.shown import Pictured
 from fmu_models.language.mechanism import Mechanism
-from identification.calibration.result import CalibratedValue
-from identification.hysteresis.laws import LAWS, loop_model
+from identification.calibration.result import LOOPS, CalibratedValue
+from identification.hysteresis.laws import CENTER, LAWS, MEDIAN, loop_model
 from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.spectrum import SliderSpectrum
 
@@ -43,7 +43,7 @@ class FittedLaw:
     the same of logs that took no part; notes: what the logs leave open; why: it could not be fitted; empty if it was;
     calibration: behind it, None in a result that was read back."""
 
-    RECORD: ClassVar = ("name", "parameters", "left", "held_out", "notes", "why")
+    RECORD: ClassVar = ("name", "parameters", "left", "held_out", "notes", "why", "calibration", "declaration")
 
     name: str
     parameters: tuple[CalibratedValue, ...] = ()
@@ -59,6 +59,21 @@ class FittedLaw:
         return {parameter.name: parameter.value for parameter in self.parameters}
 
     @property
+    def model_values(self) -> dict[str, float]:
+        """Parameters of its model, those that were not sought too; of a law with its calibration."""
+        assert self.calibration is not None
+        return {**{name: self.calibration.held[name] for name in (CENTER, MEDIAN)}, **self.values}
+
+    @property
+    def declaration(self) -> str:
+        """The contact as Python text, of a way x; empty if the law was not fitted."""
+        if self.why:
+            return ""
+        rounded = {name: float(f"{value:.6g}") for name, value in self.values.items()}
+        damping = f", damping={rounded['damping']}" if "damping" in rounded else ""
+        return f'Hysteresis(name="joint", way=x, law={LAWS[self.name].at(rounded)!r}{damping})'
+
+    @property
     def worst(self) -> float:
         """The largest part that is left of a log; infinite where the law could not be fitted."""
         return max(self.left.values(), default=np.inf)
@@ -68,12 +83,13 @@ class FittedLaw:
 class HysteresisFit(Pictured):
     """Loops, as sliders and by laws. logs: as they were fitted; held_out: logs that took no part; spectrum: the
     sliders; left, left_out: by log, what the sliders leave of the force over its standard deviation; cycles: by
-    amplitude; laws: the best first; load: N, of which the laws' force is; None without a load; notes: what was done and
+    amplitude; laws: the best first; load: N, of which the laws' force is; None without a load; lag: s, of
+    columns that sliders grow with; notes: what was done and
     what the logs leave open."""
 
     RECORD: ClassVar = (
-        *("names=logs", "left", "left_out", "stiffness", "sliding_force", "spring_beside", "bounds", "stiffnesses"),
-        *("cycles", "laws", "load", "notes"),
+        *("type=kind", "names=logs", "left", "left_out", "stiffness", "sliding_force", "spring_beside"),
+        *("bounds", "stiffnesses", "cycles", "laws", "load", "lag", "notes"),
     )
 
     logs: tuple[LoopLog, ...]
@@ -84,7 +100,9 @@ class HysteresisFit(Pictured):
     cycles: tuple[LoopCycle, ...]
     laws: tuple[FittedLaw, ...]
     load: float | None = None
+    lag: float | None = None
     notes: tuple[str, ...] = ()
+    kind: ClassVar[str] = LOOPS
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fmu_models.simulation.signal import Signal
 from identification.calibration.follow import FollowedLog
 from identification.calibration.log import ModelLog
 from identification.calibration.nodes import local_motion
@@ -58,12 +59,19 @@ def _draw_residual(axes: Axes, one: FollowedLog, name: str) -> None:
 
 
 def _draw_portrait(axes: Axes, one: FollowedLog, name: str) -> None:
-    """Both by the same local parabolas, which blur them alike."""
+    """Both by the same local parabolas, which blur them alike; or over the input that the log is drawn over."""
     log, kept = one.log, np.isfinite(one.modelled[name])
+    unit = _unit(one, name)
+    if isinstance(driven := log.inputs.get(log.over), Signal):
+        way = driven.piece(log.time)[0]
+        axes.plot(way, log.measured[name], color="0.6", linewidth=0.9)
+        axes.plot(way, one.modelled[name], color=BLUE, linewidth=0.7)
+        axes.set(xlabel=log.over, ylabel=f"{name} ({unit})")
+        axes.grid(alpha=0.25)
+        return
     for values, colour, mark in ((log.measured[name], "0.6", ".-"), (one.modelled[name], BLUE, "-")):
         part = ModelLog(log.name, log.time[kept], {name: values[kept]})
         motion, _ = local_motion(part, np.arange(part.time.size))
         axes.plot(motion.value[name], motion.speed[name], mark, color=colour, linewidth=0.7, markersize=2)
-    unit = _unit(one, name)
     axes.set(xlabel=f"{name} ({unit})", ylabel=f"its rate ({unit}/s)" if unit != "1" else "its rate (1/s)")
     axes.grid(alpha=0.25)

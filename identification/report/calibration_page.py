@@ -1,7 +1,7 @@
 """The page of a calibration: values, logs beside the model, and the model with sliders within the intervals."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from identification.report.calibration_summary import (
     verdicts,
 )
 from identification.report.citations import calibration_citations
-from identification.report.page import Findings, PageSection, bullets, counted, drawing, paragraph, warned
+from identification.report.page import Findings, PageSection, bullets, counted, drawing, nested, paragraph, warned
 
 BESIDE = (
     "Each measured variable over time and of the model (line), what is left, and the variable over its rate, both by "
@@ -39,17 +39,19 @@ LIVE = (
 @dataclass(frozen=True, eq=False)
 class CalibrationFindings(Findings):
     """What the report of a calibration is made of. followed: logs beside it; live: the model in a frame (empty: none);
-    notes: what could not be shown, and why."""
+    notes: what could not be shown, and why; loops: what is said of loops beside the law, plain values."""
 
     calibration: Calibration
     followed: Sequence[FollowedLog]
     live: str = ""
     notes: Sequence[str] = ()
+    loops: Mapping[str, Any] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         return {
             "calibration": self.calibration.to_dict(),
             "logs": [log.to_dict() for log in self.followed],
+            "loops": dict(self.loops),
             "notes": list(self.notes),
         }
 
@@ -87,6 +89,8 @@ class CalibrationFindings(Findings):
             lines = residuals_table([line for log in self.followed for line in log.residuals])
             parts = [drawing(followed_figure(self.followed), "logs", BESIDE), lines.html()]
             sections.append(PageSection("logs", "Logs beside the model", parts))
+        if self.loops:
+            sections.append(PageSection("loops", "Sliders, cycles and laws", [nested(self.loops)]))
         if self.live:
             sections.append(PageSection("live", "The model, moved", [paragraph(LIVE), self.live]))
         sections.append(

@@ -32,6 +32,7 @@ def hysteresis_report(fit: HysteresisFit) -> Group:
     if fit.laws and fit.laws[0].calibration is not None:
         at = "" if fit.load is None else f", at a load of {fit.load:.4g} N"
         shown += [plain(f"{fit.laws[0].name}{at}", "bold"), values_table(fit.laws[0].calibration)]
+        shown.append(plain(f"As Python: {fit.laws[0].declaration}"))
     notes = [*fit.notes, *(f"{law.name}: {note}" for law in fit.laws for note in (*law.notes, law.why) if note)]
     return Group(*shown, *(plain(f"- {note}") for note in notes))
 
@@ -130,6 +131,6 @@ def _draw_loop(fit: HysteresisFit, log: LoopLog, axes: Axes) -> None:
         run = best.calibration.free_run(number)
         time = np.asarray(run.time)
         way = best.calibration.log(number).inputs["way"].piece(time)[0]  # type: ignore[union-attr]
-        axes.plot(way + fit.logs[0].center, run["force"], color=RED, linewidth=0.9, linestyle=":", label=best.name)
+        axes.plot(way, run["force"], color=RED, linewidth=0.9, linestyle=":", label=best.name)
     axes.set(xlabel="way (m)", ylabel="force (N)")
     axes.grid(alpha=0.25)

@@ -64,17 +64,32 @@ def test_paragraphs_of_help_are_broken_where_the_terminal_ends_and_nowhere_else(
     assert len(helps) > 30 and not any("\n" in paragraph for help in helps for paragraph in help.split("\n\n")[1:])
 
 
-def test_the_installed_command_starts_without_heavy_imports():
-    """Help, in a fresh interpreter: none of the libraries that take long to load."""
-    code = (
-        "import sys; sys.argv = ['stickslip', '--help']\n"
-        "from identification import cli\n"
-        "try: cli.main()\n"
-        "except SystemExit: pass\n"
-        "heavy = {'numpy', 'scipy', 'sympy', 'matplotlib', 'pandas', 'fmpy', 'pint'} & set(sys.modules)\n"
-        "assert not heavy, heavy\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+def test_the_installed_command_starts_without_heavy_imports(tmp_path):
+    """Help, in a fresh interpreter: none of the libraries that take long to load; of a page that was printed before,
+    not even those that print it."""
+
+    def pages(*arguments: str, heavy: str, **environment: str) -> bytes:
+        code = (
+            f"import sys; sys.argv = ['stickslip', *{arguments}]\n"
+            "from identification import cli\n"
+            "try: cli.main()\n"
+            "except SystemExit as end: assert not end.code\n"
+            f"heavy = {{*'{heavy}'.split()}} & set(sys.modules)\n"
+            "assert not heavy, heavy\n"
+        )
+        environment = {**os.environ, "STICKSLIP_CACHE": str(tmp_path), **environment}
+        return subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.PIPE, env=environment).stdout
+
+    libraries = "numpy scipy sympy matplotlib pandas fmpy pint"
+    for arguments in (("--help",), ("models", "-h")):
+        first = pages(*arguments, heavy=libraries)
+        assert b"Usage: stickslip" in first
+        assert pages(*arguments, heavy=f"{libraries} typer rich") == first
+        narrow = pages(*arguments, heavy=libraries, COLUMNS="50")
+        assert max(map(len, narrow.decode().splitlines())) <= 50 < max(map(len, first.decode().splitlines()))
+    for page in (tmp_path / "help").glob("*.txt"):
+        page.write_text("damaged")
+    assert b"damaged" not in pages("--help", heavy=libraries)
 
 
 def test_models_and_show(stickslip):

@@ -85,6 +85,7 @@ def identify_hysteresis(
         fitted.append(_fitted(LAWS[name], read, others, spectrum, load, reading))
         progress(0.2 + 0.8 * (number + 1) / len(laws))
     notes = [note for log in (*read, *others) for note in log.notes]
+    least = {log.name: min((law.left[log.name] for law in fitted if not law.why), default=np.inf) for log in read}
     return HysteresisFit(
         logs=tuple(read),
         held_out=tuple(others),
@@ -95,7 +96,7 @@ def identify_hysteresis(
         laws=tuple(sorted(fitted, key=lambda law: law.worst)),
         load=load,
         lag=lag,
-        notes=(*notes, *said, *verdicts(read, spectrum, varied)),
+        notes=(*notes, *said, *verdicts(read, spectrum, varied, least)),
     )
 
 

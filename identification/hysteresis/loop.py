@@ -92,9 +92,8 @@ class LoopLog(Tabular):
 
     @property
     def noise(self) -> float:
-        """Standard deviation of what neighbours in the way do not share, m: by third differences, robust."""
-        third = np.diff(self.way, 3)
-        return 1.4826 * float(np.median(np.abs(third - np.median(third)))) / np.sqrt(20) if len(third) else 0.0
+        """Standard deviation of what neighbours in the way do not share, m."""
+        return scatter(self.way)
 
     def smooth(self) -> LoopLog:
         """The log with a way free of noise, by parabolas over a twelfth of a cycle; itself where nothing is gained."""
@@ -164,6 +163,12 @@ def _following(values: np.ndarray, steps: np.ndarray, stays: np.ndarray) -> np.n
     for start, end, stay in zip(before.tolist(), behind.tolist(), stays.tolist(), strict=True):
         followed.append(end + (followed[-1] - start) * stay)
     return np.array(followed)
+
+
+def scatter(values: np.ndarray) -> float:
+    """Standard deviation of what neighbours in values (n,) do not share: by third differences, robust."""
+    third = np.diff(values, 3)
+    return 1.4826 * float(np.median(np.abs(third - np.median(third)))) / np.sqrt(20) if len(third) else 0.0
 
 
 def stops(log: LoopLog, bound: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:

@@ -57,9 +57,13 @@ class SliderSpectrum:
 
     def force(self, log: LoopLog) -> np.ndarray:
         """(n,) N, along a log."""
+        return self.acting(log)[0] + self.spring * log.way + self.offset
+
+    def acting(self, log: LoopLog) -> tuple[np.ndarray, np.ndarray]:
+        """Force (n,) N of sliders and damping along a log, and columns (n, m) of those of them that have a weight."""
         weights = np.concatenate([self.stiffness.ravel(), self.damping.ravel(), self.viscous])
         columns = _columns(log, self.bound, self.widths, self.factors, self.rate, self.loaded)
-        return columns @ weights + self.spring * log.way + self.offset
+        return columns @ weights, columns[:, weights > 0]
 
     def left(self, log: LoopLog) -> float:
         """Root mean square of what is left of the force of a log, over its standard deviation."""
@@ -95,7 +99,12 @@ class SliderSpectrum:
     def is_rigid(self, conditions: Sequence[float] = ()) -> bool:
         """Whether most of the sliding force stands in the least bound: stiffness is larger than what the log tells."""
         force = (self.at(conditions) * self.bound)[self.slides]
-        return bool(len(force) and force[self.bound[self.slides] < RIGID * self.bound.min()].sum() > 0.5 * force.sum())
+        return bool(len(force) and force[self.at_once].sum() > 0.5 * force.sum())
+
+    @property
+    def at_once(self) -> np.ndarray:
+        """Which of the sliders that give way (m,) do so at the least bound."""
+        return self.bound[self.slides] < RIGID * self.bound.min()
 
 
 def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: bool | None = None) -> SliderSpectrum:

@@ -1,32 +1,47 @@
 """What loops of force over displacement leave open, and what in them no law of the way can be."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from identification.hysteresis.loop import LoopLog, saturated, stops
+from identification.hysteresis.loop import LoopLog, saturated, scatter, stops
 from identification.hysteresis.read import ROUGHLY
 from identification.hysteresis.spectrum import SliderSpectrum, fit_sliders
 
 PLAYS = 24  # widths of a backlash that are tried
 POOR = 0.05  # of the force: what sliders leave at least where a backlash is looked for
-OPEN = 0.05  # of the range of the force: a drift that is said
+OPEN = 0.02  # of the range of the force: a drift that is said
+STIFF = 0.2  # of the stiffness: what rises at once that is said
+LEFT, NOISES = 0.005, 2.0  # of the force, of its noise: what sliders leave at least where more is looked for
+TELLS = 0.6  # of what is left: what a cause leaves at most
+NEARLY = 1.1  # times the least of it: a simpler cause is named
 SURE = 4.0  # standard deviations of it
 WEAKENED = 0.15  # of the force, from the first cycle to the last: a trend that is said
 ALONG = 0.1  # of a trend over the cycles: what their amplitudes must leave of it
 UNTOLD = 0.1  # of the force: what sliders leave at least where something else is asked for
 
 
-def verdicts(logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool) -> list[str]:
-    """What the logs leave open, in sentences; ``varied``: the sliders grow with conditions."""
+def verdicts(
+    logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool, least: Mapping[str, float] = MappingProxyType({})
+) -> list[str]:
+    """What the logs leave open, in sentences; ``varied``: the sliders grow with conditions; ``least``: by log, what the
+    best law leaves of the force."""
     notes = []
     if spectrum.is_rigid():
         notes.append(
             f"The stiffness is not determined: it is larger than {spectrum.stiffness_at_rest():.3g} N/m, for the force "
             f"has risen where the way has gone {spectrum.bound.min():.2g} m."
+        )
+    elif spectrum.slides.any() and (k := spectrum.at()[spectrum.slides])[spectrum.at_once].sum() > STIFF * k.sum():
+        slow, force = k[~spectrum.at_once].sum(), (k * spectrum.bound[spectrum.slides])[spectrum.at_once].sum()
+        notes.append(
+            f"The sliders do not determine the stiffness: {force:.3g} N rise at once as the way turns, as by dry "
+            "friction, damping by speed, a force that leads, or a law of another kind; without them it is "
+            f"{slow:.3g} N/m. Give the time, slower loops, or compare with the laws."
         )
     if not spectrum.slides.any() or spectrum.sliding_force() == 0:
         notes.append("Nothing gives way within these loops: a spring tells all that they show.")
@@ -34,6 +49,8 @@ def verdicts(logs: Sequence[LoopLog], spectrum: SliderSpectrum, varied: bool) ->
         notes.append("The spring beside the sliders is negative: a force that falls with the way, which no slider has.")
     for log in logs:
         said = [*_drift(log, spectrum), *(() if log.signals else _backlash(log))]
+        if least.get(log.name, np.inf) > TELLS * spectrum.left(log):
+            said += _beside(log, spectrum)
         if not said and (left := spectrum.left(log)) > UNTOLD:
             said = [
                 f"Sliders leave {100 * left:.3g} % of the force of {log.name}: it depends on more than its way. On the "
@@ -117,4 +134,46 @@ def _backlash(log: LoopLog) -> Iterator[str]:
             f"{log.name} shows a backlash of about {2 * found.x:.2g} m, which sliders do not have: they leave "
             f"{100 * alone:.2g} % of the force, behind a play {100 * found.fun:.2g} %. Fit a law behind a play: --laws "
             "Play-MaxwellSlip-2,Play-Dahl."
+        )
+
+
+def _beside(log: LoopLog, spectrum: SliderSpectrum) -> Iterator[str]:
+    """What the sliders leave, where one cause that is none of theirs tells most of it."""
+    acting, columns = spectrum.acting(log)
+    known = np.column_stack([columns, log.way, np.ones(len(log.way))])
+    size = float(np.std(log.force))
+
+    def left(more: np.ndarray) -> tuple[float, np.ndarray]:
+        every = np.column_stack([known, more])
+        lengths = np.linalg.norm(every, axis=0)
+        lengths[lengths == 0] = 1.0
+        weights = np.linalg.lstsq(every / lengths, log.force, rcond=1e-9)[0] / lengths
+        return float(np.std(log.force - every @ weights)) / size, weights[known.shape[1] :]
+
+    alone, noise = left(np.zeros((len(log.way), 0)))[0], scatter(log.force) / size
+    if alone < max(LEFT, NOISES * noise) or size == 0 or not len(acting):
+        return
+    away, gone = log.way - log.center, np.cumsum(np.abs(np.diff(log.way, prepend=log.way[0])))
+    ends = log.reversals[1:-1:2]
+    cycle = np.searchsorted(ends, np.arange(len(log.way)), side="right")
+    step = 1.0 if log.time is None else float(np.median(np.diff(log.time)))
+    unit = "samples" if log.time is None else "s"
+    causes: list[tuple[np.ndarray, Callable[[np.ndarray], str]]] = [
+        (
+            acting * (gone / gone[-1] - 0.5),
+            lambda w: f"changes by {100 * w[0]:+.2g} % over the log, as by wear or warming",
+        ),
+        (np.gradient(acting) / step, lambda w: f"comes about {-w[0]:.2g} {unit} after its way, as through a filter"),
+        (np.abs(acting), lambda w: f"is {200 * w[0]:+.2g} % larger on the positive side than on the negative"),
+        (away**3, lambda w: f"has a spring beside that {'stiffens' if w[0] > 0 else 'softens'} with the way"),
+        (np.eye(len(ends) + 1)[cycle] * acting[:, None], lambda w: f"of its cycles differs by {100 * np.ptp(w):.2g} %"),
+    ]
+    found = [(*left(more), said) for more, said in causes]
+    best = min(share for share, _, _ in found)
+    if best < TELLS * alone:
+        share, weights, said = next(one for one in found if one[0] < NEARLY * best)
+        yield (
+            f"Sliders leave {100 * alone:.2g} % of the force of {log.name}, its noise alone {100 * noise:.2g} %. "
+            f"Of it {100 * share:.2g} % are left where the force {said(weights)}: no law here has "
+            "that, and no interval."
         )

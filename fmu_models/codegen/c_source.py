@@ -23,7 +23,7 @@ from fmu_models.codegen.variations import read_by
 from fmu_models.language.contact_dynamics import ContactDynamics, terms
 from fmu_models.language.quantities import TIME
 from fmu_models.language.values import bounds
-from fmu_models.lowering.hybrid_system import HybridSystem, acting
+from fmu_models.lowering.hybrid_system import HybridSystem, acting, elements_of
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "stickslip:model")
 
@@ -46,7 +46,7 @@ def _sources(system: HybridSystem) -> dict[str, str]:
     ]
     # the constants in d are collected while the other functions are made
     arithmetic = [*functions, _reset(system, names), *_coefficients(system, names), _signals(system, names)]
-    arithmetic.insert(0, _prepare(names))
+    arithmetic.insert(0, _prepare(system, names))
     head = head_of(system) + legend(system)
     model = "\n".join(
         [
@@ -60,7 +60,8 @@ def _sources(system: HybridSystem) -> dict[str, str]:
     kind = "\n".join([head + "/* included once per kind of number: model_kind.h */\n", *arithmetic])
     variation = "\n".join([head + "/* included by tangents/variation.c */\n", *variations])
     disc = "\n".join([head + "/* included by step/reach.c */\n", *discs])
-    sizes = sizes_of(system, len(names.constants.derived), names.slots, reach=bool(discs))
+    derived = len(names.constants.derived) + 2 * len(elements_of(system))
+    sizes = sizes_of(system, derived, names.slots, reach=bool(discs))
     quantities = (*system.parameters, *system.all_inputs, *system.states, *system.outputs)
     variables = "\n".join(f"{q.name} {q.unit} {q.description}" for q in quantities)
     # identifies model and variables: guid of FMI 2, instantiationToken of FMI 3
@@ -77,7 +78,8 @@ class _Names:
         self.inputs: dict[sympy.Basic, str] = {q: f"j->u[{i}]" for i, q in enumerate(system.all_inputs)}
         self.states: dict[sympy.Basic, str] = {q: f"j->x[{i}]" for i, q in enumerate(system.states)}
         rates: dict[sympy.Basic, str] = {q.rate: f"j->du[{i}]" for i, q in enumerate(system.all_inputs)}
-        self.free = {TIME: "j->t", **self.inputs, **rates, **self.states}
+        piles = {c.pile_symbol: f"j->pile[{i}]" for i, c in enumerate(system.contacts) if c.pile_symbol is not None}
+        self.free = {TIME: "j->t", **self.inputs, **rates, **self.states, **piles}
         self.first = {**self.parameters, **{q: f"{name}[0]" for q, name in self.free.items()}}
         self.accelerations: dict[sympy.Basic, str] = {a: f"j->a[{i}]" for i, a in enumerate(system.rate_symbols)}
         # what outputs read of the rates of driven states: these are without contact forces
@@ -85,12 +87,15 @@ class _Names:
         constants: dict[sympy.Basic, str] = {}
         self.slips: dict[sympy.Basic, str] = {}
         self.depths: dict[sympy.Basic, str] = {}
+        self.sides: set[sympy.Basic] = set()  # of switches by whose root laws go: positive
         for i, c in enumerate(system.contacts):
             constants[c.sign_symbol] = f"j->sign[{i}]"
             if c.memory_symbol is not None:
                 constants[c.memory_symbol] = f"j->memory[{i}]"
             if c.depth_symbol is not None:
                 self.depths[c.depth_symbol] = f"j->depth[{i}]"
+            if c.rooted and c.kind.surface:
+                self.sides.add(c.sign_symbol * c.slip)
             self.slips |= {c.slip_symbol: f"j->slip[{i}]", c.slip: f"j->slip[{i}]"}
         # with a mass matrix that is factored, W has no expressions
         self.W: dict[sympy.Basic, str] = {
@@ -105,7 +110,7 @@ class _Names:
         symbols = dict(self.free)
         for addition in series:
             symbols |= addition
-        return Recurrences(symbols, self.constants, self.slots, rooted=set(self.depths))
+        return Recurrences(symbols, self.constants, self.slots, rooted={*self.depths, *self.sides})
 
 
 def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str], list[str]]:
@@ -117,7 +122,9 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
     forces = [{} if c.kind.rigid else {f"j->force[{i}]": c.force} for i, c in contacts]
     releases = [{} if c.release is None else {f"j->release[{i}]": c.release} for i, c in contacts]
     sticks = [_stick(system, i, c) for i, c in contacts]
-    internal = {f"j->zrate[{i}]": rate for i, rate in enumerate(system.internal_rates)}
+    elements = len(elements_of(system))
+    rates = system.internal_rates[: len(system.internal_rates) - elements]
+    internal = {f"j->zrate[{i}]": rate for i, rate in enumerate(rates)}
     accelerations = {f"j->a[{i}]": a for i, a in enumerate(system.acceleration)}
 
     free_rates: dict[sympy.Basic, str] = {names.free_rates[a]: name for a, name in names.accelerations.items()}
@@ -139,9 +146,13 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
         solve(acceleration, "a[0]", "a")
 
     # what laws read first: whether it is seen
-    slip = recurrences({f"j->slip[{i}]": c.slip for i, c in contacts if not c.kind.cone})
+    slip = recurrences({f"j->slip[{i}]": c.slip for i, c in contacts if not c.elements and not c.kind.cone})
+    for i in (i for i, c in contacts if c.elements):
+        slip.lines.append(f"KIND(elements_series)(d, j, {i}, k);")
+        slip.variations.state(f"elements_variation(d, j, l, {i}, k);")
     depth = recurrences(depths)
-    names.slots.seen |= {f"j->slip[{i}]" for i, c in contacts if c.kind.cone}  # as far as its own terms tell
+    # of a cone as far as its own terms tell
+    names.slots.seen |= {f"j->slip[{i}]" for i, c in contacts if c.kind.cone or c.elements}
     laws = [recurrences(force, *gaps) for force in forces]
     # these laws are asked for at every order: their contacts neither stick nor leave nor are rigid
     always = [laws[i] for i, c in contacts if c.kind.rubs and not c.sticks and c.depth is None]
@@ -241,9 +252,12 @@ def _outputs(system: HybridSystem, names: _Names) -> dict[str, Any]:
     return {f"j->y[{i}]": sympy.sympify(output.expression).xreplace(full) for i, output in enumerate(system.outputs)}
 
 
-def _prepare(names: _Names) -> str:
+def _prepare(system: HybridSystem, names: _Names) -> str:
     derived = names.constants.derived
-    lines = [f"{name} = {c_expression(value, names.parameters)};" for value, name in derived.items()]
+    array = [*(e.stiffness for e in elements_of(system)), *(e.bound for e in elements_of(system))]
+    rows = [(name, value) for value, name in derived.items()]
+    rows += [(f"d[{n}]", value) for n, value in enumerate(array, len(derived))]
+    lines = [f"{name} = {c_expression(sympy.sympify(value), names.parameters)};" for name, value in rows]
     return split("model_prepare", lines, "void model_prepare(const Real *p, Real *d)")
 
 
@@ -275,7 +289,9 @@ def _magnitude(system: HybridSystem, names: _Names, quantity: str) -> str:
         summands = {"slip": contact.slip_terms, "depth": contact.depth_terms, "rate": ()}[quantity]
         if quantity == "rate" and (contact.kind.rigid or contact.kind.yields):
             summands = (contact.slip_rate.xreplace(accelerations),)
-        if summands:
+        if contact.elements and quantity == "slip":
+            cases.append(f"    case {i}: return element_bound(d, {i})[0] + fabs(j->slip[{i}][0]);\n")
+        elif summands:
             total = " + ".join(_magnitude_of(term, values) for term in summands)
             cases.append(f"    case {i}: return {total};\n")
     head = f"double model_{quantity}_magnitude(const double *p, const double *d, const Jets *j, int c)"
@@ -337,7 +353,7 @@ def _reset(system: HybridSystem, names: _Names) -> str:
     """The states after a jump, all of them."""
     cases = []
     for i, contact in enumerate(system.contacts):
-        if contact.reset:
+        if contact.reset and not contact.elements:
             after = [sympy.sympify(contact.reset.get(state, state)) for state in system.states]
             lines = [f"        x[{n}] = {c_expression(value, names.first)};\n" for n, value in enumerate(after)]
             cases.append(f"    case {i}:\n{''.join(lines)}        break;\n")

@@ -15,6 +15,7 @@ _IMAGES = {
     "product": "disc_product({r}, {0}[0], {r0}, {1}[0], {r1});",
     "square": "disc_product({r}, {0}[0], {r0}, {0}[0], {r0});",
     "power": "disc_power({r}, {0}[0], {r0}, {1}, {y}[0]);",
+    "lifted": "disc_lifted({r}, {0}[0], {r0}, {1});",
     "sqrt": "disc_sqrt({r}, {0}[0], {r0}, 1.0);",
     "root": "disc_root({r}, {0}[0], {r0});",
     "exp": "disc_exp({r}, {0}[0], {r0}, {y}[0]);",
@@ -28,7 +29,7 @@ _IMAGES = {
     **dict.fromkeys(("sin", "cos", "sinh", "cosh", "sin_phase", "cos_phase"), "disc_wave({r}, {r0}, {y}[0], {1}[0]);"),
 }
 _SEEN = ("turns", "angle", "sin_phase", "cos_phase")
-_BASE = re.compile(r"j->(?:t|(?:u|du|x)\[\d+\])")
+_BASE = re.compile(r"j->(?:t|(?:u|du|x|pile)\[\d+\])")
 _READ = re.compile(r"b->x\[(\d+)\]")
 # of these series functions read the discs, of those products with an inertia that moves; of others only what is unseen
 _READ_BY_FUNCTIONS = re.compile(r"j->(?:w|slip|depth)\[")

@@ -30,6 +30,7 @@ _RECURRENCES = {
     "product": ("jet_product({0}, {1}, k)", "pair_both({0}, {v0}, {1}, {v1}, k)"),
     "square": ("jet_square({0}, k)", "2.0 * pair_product({0}, {v0}, k)"),
     "power": ("jet_power({0}, {1}, {y}, k)", "pair_power({0}, {v0}, {1}, {c0}, {y}, {vy}, k)"),
+    "lifted": ("jet_lifted({0}, {1}, {y}, k)", "pair_lifted({0}, {v0}, {1}, {y}, {vy}, k)"),
     "sqrt": ("jet_sqrt({0}, {y}, k)", "pair_sqrt({v0}, {y}, {vy}, k)"),
     "root": ("jet_root({0}, {y}, k)", "pair_root({0}, {v0}, {y}, {vy}, k)"),
     "exp": ("jet_exp({0}, {y}, k)", "pair_product({y}, {v0}, k)"),
@@ -100,7 +101,7 @@ class Recurrences:
     Args:
         series: C name of the series that a symbol (or a whole expression computed elsewhere) stands for.
         constants, slots: of the model, shared by its functions.
-        rooted: symbols whose root is taken of a series that may begin with zeros.
+        rooted: what roots are taken of, of a series that may begin with zeros; sums and products by powers above 1.
     """
 
     def __init__(
@@ -226,6 +227,8 @@ class Recurrences:
             even = self._times(half, half)
             by_base = f"{float(exponent)!r} * pair_product({{0}}, {{v1}}, k)"
             return self._times(even, self._affine(base), by_base) if exponent % 2 else even
+        if base in self._rooted and not base.is_Symbol and exponent.is_Rational and exponent > 1:
+            return self._node("lifted", self._series(self._affine(base)), self._text(exponent))
         if exponent == _HALF:
             return self._node("root" if base in self._rooted else "sqrt", self._series(self._affine(base)))
         if exponent.is_Rational and exponent.q == 2:

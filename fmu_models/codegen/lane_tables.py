@@ -34,6 +34,8 @@ def lane_obstacles(system: HybridSystem) -> tuple[str, ...]:
     """Why ensembles of a system are not followed in lanes, a sentence each; empty where they are."""
     if len(system.states) > _MOST_STATES:
         return (f"it has {len(system.states)} states: an exact step costs their square, the series what is not zero",)
+    if any(contact.elements for contact in system.contacts):
+        return ("it has an array of elements, which have more modes than lanes have tables for",)
     reasons = list(obstacles(system)) or list(ramps(system))
     for contact in system.contacts:
         if contact.reset or contact.rooted:

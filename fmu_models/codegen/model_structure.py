@@ -44,7 +44,7 @@ class ModelStructure:
     """The unknowns of one lowered system, and the variables that they are."""
 
     def __init__(self, system: HybridSystem) -> None:
-        self.system = system
+        self.system = system.with_piles()
         self.variables = Variables(system)
         # the states of a map jump, and none of them is integrated
         velocities = [q.v for q in system.coordinates]
@@ -213,6 +213,7 @@ class ModelStructure:
         """Known quantities behind expressions. free: accelerations in them stand for those without contact forces."""
         slips: dict[Any, set[sympy.Basic]] = {c.slip_symbol: c.slip.free_symbols for c in self.system.contacts}
         slips |= {c.depth_symbol: c.depth.free_symbols for c in self.system.contacts if c.depth is not None}
+        slips |= {c.slip_symbol: {e.state for e in c.elements} for c in self.system.contacts if c.elements}
         symbols: set[sympy.Basic] = set()
         for symbol in set().union(*(expression.free_symbols for expression in expressions)):
             if symbol in slips:

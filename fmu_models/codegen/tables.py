@@ -1,6 +1,7 @@
 """Tables of the generated C: what is known of a model and of its contacts, and how many there are of everything."""
 
 from collections.abc import Iterable, Mapping
+from itertools import accumulate
 from typing import Any
 
 from fmu_models.codegen.c_expression import c_number, c_string
@@ -8,7 +9,7 @@ from fmu_models.codegen.c_function import table
 from fmu_models.codegen.inertia import envelope, sparsity
 from fmu_models.codegen.jets import Slots
 from fmu_models.language import contact_kinds
-from fmu_models.lowering.hybrid_system import HybridSystem
+from fmu_models.lowering.hybrid_system import HybridSystem, elements_of
 
 
 def head_of(system: HybridSystem) -> str:
@@ -40,6 +41,9 @@ def facts(system: HybridSystem) -> list[str]:
         "poisson": (c.poisson for c in system.contacts),
         "clocks": (sum(contact_kinds.TICK_BITS[name] for name in c.clocks) for c in system.contacts),
     }
+    elements = [len(c.elements) for c in system.contacts]
+    at = len(system.states) - sum(elements)
+    firsts = accumulate([at, *elements[:-1]]) if elements else ()
     partners = (-1 if c.partner is None else c.partner for c in system.contacts)
     return [
         numbers("parameters", "MODEL_NP", (q.value for q in system.parameters)),
@@ -48,6 +52,8 @@ def facts(system: HybridSystem) -> list[str]:
         of_contacts("const char *const", "names", (c_string(c.name) for c in system.contacts), none='""'),
         *(of_contacts("const unsigned char", name, map(int, values)) for name, values in tables.items()),
         of_contacts("const short", "partner", partners, none="-1"),
+        of_contacts("const short", "elements", elements),
+        of_contacts("const short", "first", firsts),
         *sparsity(system),
     ]
 
@@ -67,6 +73,7 @@ def sizes_of(system: HybridSystem, derived: int, slots: Slots, *, reach: bool) -
         "NQ": len(system.coordinates),
         "NV": len(system.driven),
         "NZ": len(system.internal_states),
+        "NE": len(elements_of(system)),
         "NC": len(system.contacts),
         "NI": system.indicator_count,
         "NP": len(system.parameters),

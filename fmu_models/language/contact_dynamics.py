@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import sympy
 
 from fmu_models.language.contact_kinds import AWAY, RELEASED, STICK, ContactKind
-from fmu_models.language.quantities import ContactSymbol, State
+from fmu_models.language.quantities import ContactSymbol, InternalState, State
 
 
 class Rates(NamedTuple):
@@ -15,6 +15,14 @@ class Rates(NamedTuple):
 
     of_place: Callable[[sympy.Expr], sympy.Expr]
     of_speed: Callable[[sympy.Expr], sympy.Expr]
+
+
+class Element(NamedTuple):
+    """A spring behind a slider, of many on one way: its elongation, stiffness, and where it yields."""
+
+    state: InternalState
+    stiffness: Any
+    bound: Any
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -37,11 +45,14 @@ class ContactDynamics:
             the normal direction of a rigid contact its negative gap.
         release: of a stop that lets go when its force vanishes, a quantity with the sign of its force, else None.
         remembers: the law reads the speed at which the contact was entered.
-        rooted: the law has half-integer powers of the depth.
+        rooted: the law has half-integer powers of the depth; of a switch, some law has those of sign times y.
         reset: states after the jump where y falls to zero, or where stick begins or ends, if they jump.
         reset_sides: bit 1 if they do so coming from y > 0, bit 2 from y < 0; bit 4 where stick begins or ends; bit 8 if
             the jumps may end in rest: then slip_rate is the second derivative of y, which stick holds at zero.
         carries: rates of states per lambda, beside those that the slip says.
+        elements: of an array whose way moves at the slip of the contact before it, a switch: y is what is left to the
+            next of them that yields. Engine/model/elements.h computes y, and what ``pile_symbol`` stands for, their
+            force; the rates of their states are those of the way.
         partner: of a rigid contact with friction the index of its other direction, else None.
         restitution: of the normal direction of a rigid contact, by Poisson's rule if ``poisson``, else by Newton's.
         friction: mu, of the friction of a rigid contact.
@@ -71,6 +82,8 @@ class ContactDynamics:
     reset: Mapping[State, sympy.Expr] = field(default_factory=dict)
     reset_sides: int = 0
     carries: Mapping[State, sympy.Expr] = field(default_factory=dict)
+    elements: tuple[Element, ...] = ()
+    pile_symbol: ContactSymbol | None = None
     partner: int | None = None
     capacity_minus: sympy.Expr | None = None
     restitution: sympy.Expr = sympy.S.Zero

@@ -15,7 +15,7 @@ import sympy
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.shown import Shown
 from fmu_models.language.contact_checks import check_place, check_slip, check_turning
-from fmu_models.language.contact_dynamics import ContactDynamics, Rates, terms
+from fmu_models.language.contact_dynamics import ContactDynamics, Element, Rates, terms
 from fmu_models.language.contact_kinds import CONE, CONE_SIDE, FRICTION, ContactKind
 from fmu_models.language.dimensions import Dimensions, way_unit
 from fmu_models.language.quantities import ContactSymbol, Coordinate, InternalState, State, per_second
@@ -82,13 +82,21 @@ class Contact(Shown, ABC):
     """
 
     kind: ClassVar[ContactKind]
-    driven: ClassVar[bool] = False
-    """Whether its states may be held: they are driven states of the system, like velocities."""
     exchangeable: ClassVar[bool] = False
     """Whether its ``law`` could be another."""
     name: str
     description: str
     force: ContactSymbol
+
+    @property
+    def driven(self) -> bool:
+        """Whether forces may hold its states: they are driven states of the system, like velocities."""
+        return False
+
+    @property
+    def array(self) -> tuple[Element, ...]:
+        """Its elements, where they are many and equal."""
+        return ()
 
     @property
     def shown(self) -> tuple[ContactSymbol, ...]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import sympy
 
-from fmu_models.language.contact_dynamics import ContactDynamics
+from fmu_models.language.contact_dynamics import ContactDynamics, Element
 from fmu_models.lowering.hybrid_system import HybridSystem
 
 # beyond it a float is whole because it has no digits left, not because somebody meant a whole number
@@ -84,5 +84,6 @@ def _folded_contact(contact: ContactDynamics, folded: Callable[[sympy.Basic], sy
         **{name: folded(value) for name, value in parts.items()},
         slip_terms=tuple(map(folded, contact.slip_terms)),
         depth_terms=tuple(map(folded, contact.depth_terms)),
+        elements=tuple(Element(e.state, folded(e.stiffness), folded(e.bound)) for e in contact.elements),
         reset={state: folded(value) for state, value in contact.reset.items()},
     )

@@ -21,14 +21,14 @@ else it slips (|lambda| = mu times the normal force) or sticks (|lambda| less th
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.contact_dynamics import ContactDynamics
+from fmu_models.language.contact_dynamics import ContactDynamics, Element
 from fmu_models.language.contacts import Requirement
 from fmu_models.language.declaration import Declaration, Output
 from fmu_models.language.inertia import blocks
@@ -110,7 +110,19 @@ class HybridSystem:
                 "what needs the accelerations written out takes at most two coupled coordinates (three with a "
                 "constant mass matrix). Compare it by the importer's own integration instead."
             )
-        return self
+        return self.with_piles()
+
+    def with_piles(self) -> HybridSystem:
+        """This system with the forces of arrays written out."""
+        arrays = [c for c in self.contacts if c.elements]
+        if not arrays:
+            return self
+        piles: dict[Any, Any] = {c.pile_symbol: sympy.Add(*(k * z for z, k, _ in c.elements)) for c in arrays}
+        return replace(
+            self,
+            acceleration=tuple(a.xreplace(piles) for a in self.acceleration),
+            outputs=tuple(replace(o, expression=sympy.sympify(o.expression).xreplace(piles)) for o in self.outputs),
+        )
 
     @property
     def all_inputs(self) -> tuple[Input, ...]:
@@ -136,6 +148,11 @@ class HybridSystem:
     def indicator_count(self) -> int:
         """Number of event indicators of all contacts."""
         return sum(len(contact.indicators) for contact in self.contacts)
+
+
+def elements_of(system: HybridSystem) -> list[Element]:
+    """The elements of all arrays, in the order of their states, which are the last."""
+    return [element for contact in system.contacts for element in contact.elements]
 
 
 def acting(system: HybridSystem) -> list[tuple[int, int]]:

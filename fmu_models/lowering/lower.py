@@ -54,7 +54,8 @@ def lower(model: Mechanism | Automaton | Map) -> HybridSystem:
         W = _summed([*W.items(), *(((i, c), rate) for c, row in enumerate(carried) for i, rate in row.items())])
         by_state = [{c: row[i] for c, row in enumerate(carried) if i in row} for i in range(len(index))]
         G = _summed([*G.items(), *_times_rows(levers, by_state).items()])
-    inner = [contact for contact in model.contacts if not contact.driven]
+    # the states of arrays come last
+    inner = sorted((c for c in model.contacts if not c.driven), key=lambda c: bool(c.array))
     return HybridSystem.of(
         model,
         coordinates=coordinates,

@@ -22,10 +22,13 @@ def hysteresis(
     ] = None,
     factors: Annotated[
         str | None,
-        typer.Option(metavar="UNIT,...", help="What sliders grow with, from names of files: A in 25mm0x25Hz0x5A."),
+        typer.Option(metavar="NAME,...", help="What sliders grow with: columns, or A from names like 25mm0x25Hz0x5A."),
     ] = None,
     held_out: Annotated[
         list[Path] | None, typer.Option("--held-out", metavar="LOG", help="Score this log too; repeat for several.")
+    ] = None,
+    lag: Annotated[
+        float | None, typer.Option(help="s, with which sliders follow a column of --factors (default: fitted).", min=0)
     ] = None,
     still: Annotated[
         bool, typer.Option("--rate-independent", help="Let nothing depend on the speed, though times are there.")
@@ -68,6 +71,7 @@ def hysteresis(
             factors=console.names_of(factors),
             held_out=list(held_out or ()),
             rate=False if still else None,
+            lag=lag,
             columns=columns_of(columns),
             units=dict(console.pairs(units, "--unit", "ROLE=UNIT, such as way=mm")),
             reader=reader,

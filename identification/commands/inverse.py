@@ -44,7 +44,11 @@ def inverse(
     settings: console.Settings = None,
     columns: Annotated[
         list[str] | None,
-        typer.Option("--column", metavar="NAME=COLUMN", help="Column of a coordinate, effort or time; repeat."),
+        typer.Option(
+            "--column",
+            metavar="NAME=COLUMN",
+            help="Column of a coordinate, effort or time, of normal_force or temperature; repeat.",
+        ),
     ] = None,
     cutoff: Annotated[
         float | None, typer.Option(help=f"Hz, of the low-pass of a machine's positions (default: {CUTOFF:g}).", min=0)

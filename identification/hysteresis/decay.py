@@ -27,13 +27,17 @@ from fmu_models.language.quantities import Coordinate, Parameter
 from identification.calibration.calibrate import calibrate
 from identification.calibration.log import ModelLog, Reading
 from identification.calibration.result import Calibration
+from identification.hysteresis.loop import scatter
 from identification.hysteresis.read import columns_by_role, numbers_by_role
 from rig_io.readers import read_table
 
 ROLES = {"time": r"t(ime)?|zeit", "angle": r"angle|theta|phi|winkel|q|x|y|pos\w*|disp\w*|encoder"}
 FLOOR = 0.02  # of the largest swing: smaller ones are noise
 FEWEST = 4  # half cycles
+NOISES, WHITE = 3.0, 1e-6  # of the noise: what is left that is said; or the chance of its colour
+BENT = 2e-3  # of a period: its change with the amplitude that is said
 FALLEN = 0.8  # of the first swing: the last of a decay is smaller
+HELD = 1.1  # times a half cycle: a first one that was held before
 GROWS = 1.02  # times the swing before: one that is driven
 MOST = 2000  # samples of a decay
 RATES = ("f", "c", "b")
@@ -113,8 +117,10 @@ def fit_decays(
         attempts=1,
         progress=progress,
     )
+    said = [note for log in decays for note in _unlike(log, found, pendulum)]
     reading = Reading(columns or {}, roles=DECAY, units=units or {})
-    return replace(found, title=f"Decay of {', '.join(found.logs)}: friction over inertia", reading=reading)
+    title = f"Decay of {', '.join(found.logs)}: friction over inertia"
+    return replace(found, title=title, reading=reading, warnings=(*found.warnings, *said))
 
 
 def thinned(decay: ModelLog) -> ModelLog:
@@ -175,10 +181,41 @@ def _falling(time: np.ndarray, angle: np.ndarray) -> list[tuple[int, int]]:
         if last - first < FEWEST or swings[last - 1] > FALLEN * swings[first]:
             continue
         end = len(angle) if last == len(swings) else int(peaks[last - 1])
-        period = 2 * float(np.median(np.diff(time[peaks[first : last + 1]])))
-        rests = np.searchsorted(time, time[peaks[min(last, len(peaks) - 1)]] + 2 * period)
-        parts.append((int(peaks[first]), min(end, int(rests))))
+        halves = np.diff(time[peaks[first : last + 1]])
+        half = float(np.median(halves))
+        rests = np.searchsorted(time, time[peaks[min(last, len(peaks) - 1)]] + 4 * half)
+        # what drives or holds it may do so until within the first swing
+        led = first > 0 or halves[0] > HELD * half
+        parts.append((int(peaks[first + led]), min(end, int(rests))))
     return parts
+
+
+def _unlike(log: ModelLog, found: Calibration, pendulum: bool) -> list[str]:
+    """What in a decay such an oscillator cannot do."""
+    name, time, angle = log.name, log.time, np.asarray(log.measured["angle"])
+    line = next(line for line in found.residuals if line.log == name)
+    noise = max(scatter(angle), float(np.min(np.abs(np.diff(np.unique(angle))), initial=np.inf)) / np.sqrt(12))
+    if line.rms < NOISES * noise and line.chance > WHITE:
+        return []
+    away = angle - found.values["zero"]
+    before = np.flatnonzero(away[:-1] * away[1:] < 0)
+    through = time[before] - away[before] * (time[before + 1] - time[before]) / (away[before + 1] - away[before])
+    swings = np.array([np.abs(away[a : b + 1]).max() for a, b in pairwise(before)])
+    large = swings > np.sqrt(FLOOR) * np.max(swings, initial=0.0)
+    said = (
+        f"{name} leaves {line.rms:.3g} rad, for its noise of {noise:.3g}, and not by chance: values may be off by more "
+        "than their intervals."
+    )
+    if large.sum() < FEWEST:
+        return [said]
+    # a half cycle of amplitude A lasts longer by A^2/16 under gravity
+    slope, rest = np.polyfit(swings[large] ** 2, np.diff(through)[large], 1)
+    longer = 16 * slope / rest - pendulum
+    if abs(longer) * np.max(swings) ** 2 / 16 < BENT:
+        return [f"{said} Look at friction that is larger at rest or uneven, at pushes, at the sensor."]
+    if not pendulum and 0.7 < longer < 1.3:
+        return [f"{said} Its period grows with the amplitude as gravity has it: say --pendulum."]
+    return [f"{said} Its spring {'softens' if longer > 0 else 'stiffens'} with the angle; start from smaller swings."]
 
 
 def _first(time: np.ndarray, angle: np.ndarray) -> dict[str, float]:

@@ -22,7 +22,7 @@ from identification.hysteresis.laws import CENTER, LAWS, MEDIAN, USUAL, LoopLaw,
 from identification.hysteresis.loop import LoopLog
 from identification.hysteresis.read import read_loop
 from identification.hysteresis.result import FittedLaw, HysteresisFit, cycles_of
-from identification.hysteresis.spectrum import SliderSpectrum, fit_sliders
+from identification.hysteresis.spectrum import SliderSpectrum, fit_lag, fit_sliders
 from identification.hysteresis.verdicts import verdicts
 
 ATTEMPTS = 4  # of a law whose first values are guesses
@@ -37,6 +37,7 @@ def identify_hysteresis(
     factors: Sequence[str] = (),
     held_out: Sequence[Loop] = (),
     rate: bool | None = None,
+    lag: float | None = None,
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
     reader: str | None = None,
@@ -47,9 +48,11 @@ def identify_hysteresis(
     Args:
         logs: files, or logs as `read.read_loop` reads them.
         laws: names of `laws.LAWS`; none for the sliders alone.
-        factors: conditions, such as a current in A from the names of files, with which the sliders grow.
+        factors: what the sliders grow with: conditions, such as a current in A from the names of files, or columns,
+            such as a voltage.
         held_out: logs that only score.
         rate: whether the force may depend on the speed too; where None, as all logs have times.
+        lag: s, with which sliders follow columns that are factors, as a first-order lag; fitted where None.
         columns, units, reader: as in `read.read_loop`.
         progress: called with the fraction done.
 
@@ -60,8 +63,18 @@ def identify_hysteresis(
         refuse_unknown(name, LAWS, f"There is no law '{name}' of loops.")
     listed = [logs] if isinstance(logs, LoopLog | str | os.PathLike) else list(logs)
     read, others = (
-        [_ready(one, columns=columns, units=units, reader=reader) for one in some] for some in (listed, held_out)
+        [_ready(one, columns=columns, units=units, reader=reader, signals=factors) for one in some]
+        for some in (listed, held_out)
     )
+    said: list[str] = []
+    if any(name in log.signals for log in read for name in factors):
+        if lag is None:
+            lag, left, without = fit_lag(read, factors=factors, rate=rate)
+            said.append(
+                f"The sliders follow {', '.join(factors)} with a lag of {lag:.3g} s: {left:.3g} N are left, "
+                f"{without:.3g} N without a lag."
+            )
+        read, others = ([log.lagged(lag) for log in some] for some in (read, others))
     spectrum = fit_sliders(read, factors=factors, rate=rate)
     progress(0.2)
     load = float(np.median(np.abs(read[0].load))) if read[0].load is not None else None
@@ -72,6 +85,7 @@ def identify_hysteresis(
         fitted.append(_fitted(LAWS[name], read, others, spectrum, load, reading))
         progress(0.2 + 0.8 * (number + 1) / len(laws))
     notes = [note for log in (*read, *others) for note in log.notes]
+    least = {log.name: min((law.left[log.name] for law in fitted if not law.why), default=np.inf) for log in read}
     return HysteresisFit(
         logs=tuple(read),
         held_out=tuple(others),
@@ -81,7 +95,8 @@ def identify_hysteresis(
         cycles=tuple(cycle for log in read for cycle in cycles_of(log)),
         laws=tuple(sorted(fitted, key=lambda law: law.worst)),
         load=load,
-        notes=(*notes, *verdicts(read, spectrum, varied)),
+        lag=lag,
+        notes=(*notes, *said, *verdicts(read, spectrum, varied, least)),
     )
 
 

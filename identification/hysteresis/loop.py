@@ -28,6 +28,7 @@ class LoopLog(Tabular):
         time: (n,) s, None where the log has none: then nothing in it depends on the rate.
         load: (n,) factor of the force, such as a normal force in N, None where it is constant.
         conditions: what was the same all through it, such as a current, by name.
+        signals: (n,) what was not, such as a voltage, by name, in units of its own.
         turned: whether it begins at a far turn, where all sliders that ever slide do; else at rest, without memory.
         known: whether that is so; where nobody knows it, laws seek how they begin, and sliders take it as at rest.
         notes: what was done to it and what it lacks.
@@ -41,6 +42,7 @@ class LoopLog(Tabular):
     time: np.ndarray | None = None
     load: np.ndarray | None = None
     conditions: Mapping[str, float] = field(default_factory=dict)
+    signals: Mapping[str, np.ndarray] = field(default_factory=dict)
     turned: bool = False
     known: bool = True
     notes: tuple[str, ...] = ()
@@ -90,9 +92,8 @@ class LoopLog(Tabular):
 
     @property
     def noise(self) -> float:
-        """Standard deviation of what neighbours in the way do not share, m: by third differences, robust."""
-        third = np.diff(self.way, 3)
-        return 1.4826 * float(np.median(np.abs(third - np.median(third)))) / np.sqrt(20) if len(third) else 0.0
+        """Standard deviation of what neighbours in the way do not share, m."""
+        return scatter(self.way)
 
     def smooth(self) -> LoopLog:
         """The log with a way free of noise, by parabolas over a twelfth of a cycle; itself where nothing is gained."""
@@ -141,7 +142,33 @@ class LoopLog(Tabular):
         """Samples from ``first`` to before ``last``, one of ``stride``."""
         columns = {name: getattr(self, name) for name in ("way", "force", "time", "load")}
         chosen = slice(first, last, stride)
-        return replace(self, **{name: None if v is None else v[chosen] for name, v in columns.items()})
+        signals = {name: values[chosen] for name, values in self.signals.items()}
+        return replace(self, signals=signals, **{k: None if v is None else v[chosen] for k, v in columns.items()})
+
+    def lagged(self, lag: float) -> LoopLog:
+        """The log with signals u that follow what was recorded, v, by lag u' = v - u, from rest; lag: s. Exact for
+        straight lines between samples."""
+        if lag <= 0 or self.time is None:
+            return self
+        steps = np.diff(self.time) / lag
+        stays = np.exp(-steps)
+        return replace(self, signals={name: _following(v, steps, stays) for name, v in self.signals.items()})
+
+
+def _following(values: np.ndarray, steps: np.ndarray, stays: np.ndarray) -> np.ndarray:
+    """(n,) what follows values (n,) by a lag that is the unit of ``steps`` (n - 1,)."""
+    behind = values[1:] - np.diff(values) / steps  # of a ramp that has lasted
+    before = values[:-1] - np.diff(values) / steps
+    followed = [float(values[0])]
+    for start, end, stay in zip(before.tolist(), behind.tolist(), stays.tolist(), strict=True):
+        followed.append(end + (followed[-1] - start) * stay)
+    return np.array(followed)
+
+
+def scatter(values: np.ndarray) -> float:
+    """Standard deviation of what neighbours in values (n,) do not share: by third differences, robust."""
+    third = np.diff(values, 3)
+    return 1.4826 * float(np.median(np.abs(third - np.median(third)))) / np.sqrt(20) if len(third) else 0.0
 
 
 def stops(log: LoopLog, bound: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:

@@ -26,6 +26,7 @@ UNITS = {"time": "s", "way": "m", "force": "N", "load": "N"}
 NAMELESS = {2: ("way", "force"), 3: ("time", "way", "force"), 4: ("time", "way", "", "force")}
 FEWEST = 20  # samples
 ROUGHLY = 2000  # samples by which it is judged which way round a log is
+NO_LOAD = 0.05  # of the median: less is next to none
 COARSE = 50  # samples a cycle, below which peaks are missed
 _CONDITION = re.compile(r"(?<![\d.])(\d+(?:[x.p]\d+)?)(mm|um|Hz|mHz|kN|N|MPa|A|V|C|K|rpm)(?![a-z])")
 
@@ -36,10 +37,12 @@ def read_loop(
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
     reader: str | None = None,
+    signals: Sequence[str] = (),
 ) -> LoopLog:
     """A log of force against displacement. path: of a file of any kind that is read; columns: by role (way, force,
     time, load) where names do not tell; units: by role, where the file does not state them and they are not m, N and s;
-    reader: of the user, for a kind of file of his own.
+    reader: of the user, for a kind of file of his own; signals: names of columns that are kept in units of their own,
+    where there are such.
 
     Raises:
         StickslipError: the file cannot be read, a column is missing or has no numbers, loops that run backwards.
@@ -47,19 +50,20 @@ def read_loop(
     path = Path(path)
     table = read_table(path, reader)
     named = columns_by_role(table, columns or {}, ROLES, ("way", "force"), NAMELESS)
-    scaled, unstated = numbers_by_role(table, named, units or {}, UNITS)
+    kept = {name: column for column in table.columns for name in signals if name in (column, bare(column))}
+    scaled, unstated = numbers_by_role(table, {**kept, **named}, units or {}, UNITS)
     count, rows = len(scaled["way"]), len(table.columns[named["way"]])
     if count < FEWEST:
         raise StickslipError(
             f"{table.source}: {count} rows hold numbers in {', '.join(named.values())}; a loop needs {FEWEST}."
         )
     notes = [] if count == rows else [f"{path.name}: {rows - count} rows without numbers are left out."]
-    taken = [f"{named[role]} in {UNITS[role]}" for role in unstated if role != "load"]
+    taken = [f"{named[role]} in {UNITS[role]}" for role in unstated if role != "load" and role in named]
     if taken:
         notes.append(f"{path.name} states no units: taken are {', '.join(taken)} (say others: --unit way=mm).")
     way, force = scaled["way"], scaled["force"]
     log = LoopLog(path.name, way, force, scaled.get("time"), scaled.get("load"), conditions_of(path.stem))
-    return _checked(replace(log, notes=tuple(notes)))
+    return _checked(replace(log, signals={name: scaled[name] for name in kept}, notes=tuple(notes)))
 
 
 def conditions_of(name: str) -> dict[str, float]:
@@ -78,12 +82,15 @@ def columns_by_role(
     needed: Sequence[str],
     nameless: Mapping[int, Sequence[str]],
 ) -> dict[str, str]:
-    """Columns of a table by role. given: by role, as the user says; roles: patterns of names, in small letters, by
-    role; needed: roles that a table must have; nameless: roles of the columns of a table without names, by their
-    number. StickslipError: an unknown role or column, or a needed one that no name tells."""
+    """Columns of a table by role. given: by role, as the user says, empty where there is none; roles: patterns of
+    names, in small letters, by role; needed: roles that a table must have; nameless: roles of the columns of a table
+    without names, by their number. StickslipError: an unknown role or column, or a needed one that no name tells."""
     for role, column in given.items():
         refuse_unknown(role, roles, f"There is no role '{role}'.")
-        refuse_unknown(column, table.columns, f"{table.source} has no column '{column}'.")
+        if column:
+            refuse_unknown(column, table.columns, f"{table.source} has no column '{column}'.")
+    roles = {role: pattern for role, pattern in roles.items() if given.get(role, role)}
+    given = {role: column for role, column in given.items() if column}
     names = [name for name in table.columns if name not in given.values()]
     found = dict(given)
     if not given and (table.nameless or all(re.fullmatch(r".*\d", name) for name in names)):
@@ -92,8 +99,8 @@ def columns_by_role(
             order = (*order[1:], "load")
         found |= {role: name for role, name in zip(order, names, strict=False) if role}
     for role, pattern in roles.items():
-        bare = {name: re.sub(r"[\[(].*", "", name).strip().lower() for name in names if name not in found.values()}
-        matches = [name for name, word in bare.items() if re.fullmatch(pattern, word)]
+        words = {name: bare(name).lower() for name in names if name not in found.values()}
+        matches = [name for name, word in words.items() if re.fullmatch(pattern, word)]
         if role not in found and matches:
             found[role] = matches[0]
     for role in needed:
@@ -103,6 +110,11 @@ def columns_by_role(
                 f"--column {role}=NAME."
             )
     return found
+
+
+def bare(column: str) -> str:
+    """The name of a column without its unit."""
+    return re.sub(r"[\[(].*", "", column).strip()
 
 
 def numbers_by_role(
@@ -115,7 +127,7 @@ def numbers_by_role(
     good = np.all([np.isfinite(column) for column in values.values()], axis=0)
     scaled, unstated = {}, []
     for role, column in named.items():
-        unit = units.get(role) or table.units.get(column)
+        unit = units.get(role) or table.units.get(column) if role in expected else None
         if unit is None:
             unstated.append(role)
         factor = 1.0 if unit is None else conversion(unit, expected[role], f"{table.source}: column '{column}'")
@@ -132,16 +144,17 @@ def _checked(log: LoopLog) -> LoopLog:
             f"{log.name}: its {'way' if log.range == 0 else 'force'} never changes. Check the columns."
         )
     notes = list(log.notes)
+    turned = replace(log, force=-log.force) if log.work < 0 else log
+    rough = replace(turned.part(0, None, max(len(log.way) // ROUGHLY, 1)), time=None, load=None)
+    swapped = replace(rough, way=-rough.force, force=rough.way)
+    left, by_swap = (fit_sliders([one]).left(one) for one in (rough, swapped))
+    if by_swap < 0.5 * left:
+        how = f"with way and force exchanged {100 * by_swap:.2g} % are left of its loops for {100 * left:.2g} %"
+        hint = "Say --column way=NAME --column force=NAME."
+        if log.work < 0:
+            raise StickslipError(f"{log.name} runs backwards, and {how}: their columns are swapped. {hint}")
+        notes.append(f"{log.name}: {how}. Are the columns swapped? {hint}")
     if log.work < 0:
-        turned = replace(log, force=-log.force)
-        rough = replace(turned.part(0, None, max(len(log.way) // ROUGHLY, 1)), time=None)
-        swapped = replace(rough, way=-rough.force, force=rough.way)
-        left, by_swap = (fit_sliders([one]).left(one) for one in (rough, swapped))
-        if by_swap < 0.5 * left:
-            raise StickslipError(
-                f"{log.name}: its loops run backwards, and with way and force exchanged {100 * by_swap:.2g} % are left "
-                f"of them for {100 * left:.2g} %: their columns are swapped. Say --column way=NAME --column force=NAME."
-            )
         log = turned
         notes.append(f"The force of {log.name} drives the way over its loops: its sign was turned.")
     per_cycle = log.samples_per_cycle
@@ -152,6 +165,13 @@ def _checked(log: LoopLog) -> LoopLog:
             f"{log.name} has about {per_cycle:.0f} samples a cycle, which miss peaks: with 20 the stiffness comes out "
             "some 3 % high, and so does the sliding force."
         )
-    if log.load is not None and np.min(np.abs(log.load)) < 0.05 * np.median(np.abs(log.load)):
+    if log.load is not None and not np.any(log.load):
+        raise StickslipError(f"{log.name}: its load is always zero. Leave it out: --column load=")
+    if log.load is not None and log.load.min() * log.load.max() < -NO_LOAD * np.median(np.abs(log.load)) ** 2:
+        notes.append(
+            f"The load of {log.name} changes its sign, and a contact does not pull. Check its zero, or leave it out: "
+            "--column load="
+        )
+    if log.load is not None and np.min(np.abs(log.load)) < NO_LOAD * np.median(np.abs(log.load)):
         notes.append(f"The load of {log.name} is near zero at times: there its force says little of the law.")
     return replace(log, notes=tuple(notes))

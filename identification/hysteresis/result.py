@@ -83,12 +83,13 @@ class FittedLaw:
 class HysteresisFit(Pictured):
     """Loops, as sliders and by laws. logs: as they were fitted; held_out: logs that took no part; spectrum: the
     sliders; left, left_out: by log, what the sliders leave of the force over its standard deviation; cycles: by
-    amplitude; laws: the best first; load: N, of which the laws' force is; None without a load; notes: what was done and
+    amplitude; laws: the best first; load: N, of which the laws' force is; None without a load; lag: s, of
+    columns that sliders grow with; notes: what was done and
     what the logs leave open."""
 
     RECORD: ClassVar = (
         *("type=kind", "names=logs", "left", "left_out", "stiffness", "sliding_force", "spring_beside"),
-        *("bounds", "stiffnesses", "cycles", "laws", "load", "notes"),
+        *("bounds", "stiffnesses", "cycles", "laws", "load", "lag", "notes"),
     )
 
     logs: tuple[LoopLog, ...]
@@ -99,6 +100,7 @@ class HysteresisFit(Pictured):
     cycles: tuple[LoopCycle, ...]
     laws: tuple[FittedLaw, ...]
     load: float | None = None
+    lag: float | None = None
     notes: tuple[str, ...] = ()
     kind: ClassVar[str] = LOOPS
 

@@ -11,6 +11,7 @@ Source: Lawson and Hanson, Solving Least Squares Problems (1974), chapter 23.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,8 @@ SLIDERS = 30
 FINEST = 300  # parts of the range: the least bound
 SPEEDS = 12  # widths of saturated damping
 SAME = 1e-9  # of a column: what is left of one that others hold
+LAGS = 14  # that are tried
+LAGGED = 4000  # samples by which a lag is found
 RIGID = 1.5  # times the least bound: a slider below it is one without spring, as far as the log tells
 
 
@@ -54,9 +57,13 @@ class SliderSpectrum:
 
     def force(self, log: LoopLog) -> np.ndarray:
         """(n,) N, along a log."""
+        return self.acting(log)[0] + self.spring * log.way + self.offset
+
+    def acting(self, log: LoopLog) -> tuple[np.ndarray, np.ndarray]:
+        """Force (n,) N of sliders and damping along a log, and columns (n, m) of those of them that have a weight."""
         weights = np.concatenate([self.stiffness.ravel(), self.damping.ravel(), self.viscous])
         columns = _columns(log, self.bound, self.widths, self.factors, self.rate, self.loaded)
-        return columns @ weights + self.spring * log.way + self.offset
+        return columns @ weights, columns[:, weights > 0]
 
     def left(self, log: LoopLog) -> float:
         """Root mean square of what is left of the force of a log, over its standard deviation."""
@@ -92,7 +99,12 @@ class SliderSpectrum:
     def is_rigid(self, conditions: Sequence[float] = ()) -> bool:
         """Whether most of the sliding force stands in the least bound: stiffness is larger than what the log tells."""
         force = (self.at(conditions) * self.bound)[self.slides]
-        return bool(len(force) and force[self.bound[self.slides] < RIGID * self.bound.min()].sum() > 0.5 * force.sum())
+        return bool(len(force) and force[self.at_once].sum() > 0.5 * force.sum())
+
+    @property
+    def at_once(self) -> np.ndarray:
+        """Which of the sliders that give way (m,) do so at the least bound."""
+        return self.bound[self.slides] < RIGID * self.bound.min()
 
 
 def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: bool | None = None) -> SliderSpectrum:
@@ -108,9 +120,10 @@ def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: b
         )
     for log in logs:
         for name in factors:
-            if name not in log.conditions:
+            if name not in log.conditions and name not in log.signals:
                 raise StickslipError(
-                    f"{log.name} says no '{name}'; it says {', '.join(log.conditions) or 'nothing'} in its name."
+                    f"{log.name} has no column '{name}' and does not say it in its name, which says "
+                    f"{', '.join(log.conditions) or 'nothing'}."
                 )
     rate = all(log.time is not None for log in logs) if rate is None else rate
     span = max(log.range for log in logs)
@@ -138,6 +151,29 @@ def fit_sliders(logs: Sequence[LoopLog], *, factors: Sequence[str] = (), rate: b
     )
 
 
+def fit_lag(logs: Sequence[LoopLog], *, factors: Sequence[str], rate: bool | None = None) -> tuple[float, float, float]:
+    """The lag, s, with which sliders follow signals, and the root mean square, N, of what they leave with it and
+    without; errors as in `fit_sliders`, and of a log without times."""
+    from scipy.optimize import minimize_scalar
+
+    if any(log.time is None for log in logs):
+        raise StickslipError("A lag needs times. Name the column: --column time=NAME; or say that none is: --lag 0.")
+    stride = max(sum(len(log.way) for log in logs) // LAGGED, 1)
+
+    def left(lag: float) -> float:
+        rough = [log.lagged(lag).part(0, None, stride) for log in logs]
+        spectrum = fit_sliders(rough, factors=factors, rate=rate)
+        return float(np.sqrt(np.mean(np.concatenate([log.force - spectrum.force(log) for log in rough]) ** 2)))
+
+    times = [log.time for log in logs if log.time is not None]
+    lags = np.geomspace(min(float(np.median(np.diff(t))) for t in times) / 2, min(np.ptp(t) for t in times) / 20, LAGS)
+    without = left(0.0)
+    best = min(range(1, LAGS - 1), key=lambda i: left(float(lags[i])))
+    ends = np.log(lags[[best - 1, best + 1]])
+    found: Any = minimize_scalar(lambda log: left(float(np.exp(log))), bounds=tuple(ends), method="bounded")
+    return (float(np.exp(found.x)), float(found.fun), without) if found.fun < without else (0.0, without, without)
+
+
 def _columns(
     log: LoopLog, bound: np.ndarray, widths: np.ndarray, factors: Sequence[str], rate: bool, loaded: bool
 ) -> np.ndarray:
@@ -146,8 +182,9 @@ def _columns(
     if rate:
         speed = log.speed()[:, None]
         parts += [np.tanh(speed / widths), speed]
-    scale = np.array([1.0, *(log.conditions[name] for name in factors)])
-    columns = np.hstack([(part[:, :, None] * scale).reshape(len(log.way), -1) for part in parts])
+    said = {**log.conditions, **log.signals}
+    scale = np.column_stack(np.broadcast_arrays(np.ones(len(log.way)), *(said[name] for name in factors)))
+    columns = np.hstack([(part[:, :, None] * scale[:, None]).reshape(len(log.way), -1) for part in parts])
     return columns * log.load[:, None] if loaded and log.load is not None else columns
 
 

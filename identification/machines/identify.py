@@ -28,7 +28,7 @@ from identification.machines.motion import Cutoffs, JointMotion, MachineLog, mot
 from identification.machines.prefilter import Band, prefilter
 from identification.machines.problem import machine_problem
 from identification.machines.regressor import Base, Regressor
-from identification.machines.rows import Rows, balanced, check_excited, rows_of
+from identification.machines.rows import Rows, balanced, check_excited, loaded, rows_of
 from identification.machines.simulated import Stretches, run
 
 OBSERVER = 1.5  # Hz: slow beside the sensors' noise, fast beside how far a model is off
@@ -244,7 +244,9 @@ def _with_slow_friction(setup: _Setup, rows: Rows) -> Rows:
     additive noise alone."""
     frictional = np.array([parameter.frictional for parameter in setup.base.parameters])
     slowly = {
-        id(piece): setup.regressor(slow.position, slow.velocity, slow.acceleration)[:, :, setup.base.places]
+        id(piece): loaded(
+            setup.regressor(slow.position, slow.velocity, slow.acceleration)[:, :, setup.base.places], setup.base, piece
+        )
         for piece, slow in zip(setup.pieces, setup.slow, strict=True)
     }
     columns = stacked(setup.pieces, lambda piece: slowly[id(piece)])
@@ -280,7 +282,7 @@ def instruments(setup: _Setup, values: np.ndarray) -> np.ndarray | None:
     if not all(np.all(np.isfinite(signal)) for motion in runs for signal in motion):
         return None
     simulated = {id(piece): regressor(*motion)[:, :, base.places] for piece, motion in zip(pieces, runs, strict=True)}
-    return stacked(pieces, lambda piece: simulated[id(piece)])
+    return stacked(pieces, lambda piece: loaded(simulated[id(piece)], base, piece))
 
 
 def follow(

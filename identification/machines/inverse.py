@@ -4,6 +4,7 @@ them."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +16,8 @@ from identification.inference.uncertainty import autocorrelation, inflation
 from identification.machines.doubts import effort_delay, moving, on_logs, pulled
 from identification.machines.identify import METHODS, Identified, least_squares, solve_machine
 from identification.machines.machine_fit import MachineFit, MachineParameter
-from identification.machines.motion import Cutoffs, MachineLog, motions
+from identification.machines.motion import Conditions, Cutoffs, MachineLog, motions
+from identification.machines.problem import WARMED
 from identification.machines.regressor import Base, Regressor, base_parameters, regressor_of
 from identification.machines.rows import Rows, rows_of, together
 from identification.machines.scores import joint_scores
@@ -55,6 +57,8 @@ def identify_machine(
     regressor = regressor_of(mechanism, known)
     base = base_parameters(regressor)
     cutoffs = _cutoffs(cutoff, parallel_cutoff, still)
+    conditions = Conditions.of(logs)
+    logs, held_out = conditions.relative(logs), conditions.relative(held_out)
     result = solve_machine(regressor, base, logs, cutoffs, method=method, limits=given(parameters), progress=progress)
     units = {input_.name: input_.unit for input_ in mechanism.inputs}
     others = _others(regressor, base, held_out, cutoffs)
@@ -68,7 +72,11 @@ def identify_machine(
         at_rest = {} if still else pulled(result, without)
         late = effort_delay(result, rows, without)
     names = tuple(log.name for log in logs)
-    remarks = [*on_logs(result, names), *verdicts(mechanism, result, listed, joints, quality, at_rest, late)]
+    remarks = [
+        *_on_conditions(result, conditions),
+        *on_logs(result, names),
+        *verdicts(mechanism, result, listed, joints, quality, at_rest, late),
+    ]
     return MachineFit(
         machine=mechanism.name,
         title=mechanism.title,
@@ -88,9 +96,40 @@ def identify_machine(
         effective_samples=quality.effective_samples,
         rounds=result.best.rounds,
         still=still,
+        conditions=conditions,
         verdicts=(*remarks, *dict.fromkeys(note for log in (*logs, *held_out) for note in log.notes)),
         identified=result,
     )
+
+
+def _on_conditions(result: Identified, conditions: Conditions) -> list[str]:
+    """What is assumed of the normal force, and how much worse efforts are told without; what is open of temperature."""
+    notes, pieces = [], result.pieces
+    loads = [piece.load for piece in pieces if piece.load is not None]
+    if conditions.load is not None and loads and result.rows.names:
+        ignored = rows_of(result.regressor, result.base, [replace(piece, load=None) for piece in pieces])
+        ignored = replace(ignored, deviation=result.rows.deviation)
+        left = [
+            float(np.linalg.norm(rows.residual(values) * rows.weight) / np.linalg.norm(rows.effort * rows.weight))
+            for rows, values in (
+                (result.rows, result.best.values),
+                (ignored, least_squares(ignored, result.limits).values),
+            )
+        ]
+        low, high = (conditions.load * float(end(np.concatenate(loads))) for end in (np.min, np.max))
+        notes.append(
+            f"Friction is taken in proportion to the normal force, {low:.3g} to {high:.3g} N, and its parameters are "
+            f"those at {conditions.load:.3g} N: {100 * left[0]:.2g} % are left of the efforts, {100 * left[1]:.2g} % "
+            "where the force is ignored. A free run takes it as constant."
+        )
+    warmer = [piece.warmer for piece in pieces if piece.warmer is not None]
+    if conditions.temperature is not None and warmer:
+        change = float(np.ptp(np.concatenate(warmer)))
+        notes.append(
+            f"The temperature changes by {change:.3g} K: "
+            + ("too little to show." if change < WARMED else "laws compared by --laws follow it, by a_T.")
+        )
+    return notes
 
 
 def _cutoffs(cutoff: float | None, parallel: float | None, still: float) -> Cutoffs | None:

@@ -23,7 +23,7 @@ from identification.machines.machine_fit import MachineFit
 from identification.machines.memory import SEARCH, JointMemory, joint_memory, memory_laws, presliding, resolution_of
 from identification.machines.motion import JointMotion, MachineLog, motions
 from identification.machines.predicted import cutoffs_of
-from identification.machines.problem import JointFriction, MachineProblem, Sign, machine_problem
+from identification.machines.problem import JointFriction, MachineProblem, Sign, load_of, machine_problem
 from identification.machines.regressor import SIGN, SLIP, base_parameters, regressor_of
 from identification.machines.rows import PARTS, Rows, check_excited, rows_of
 
@@ -120,7 +120,7 @@ def compare_joint_laws(
     """
     check_laws(laws)
     regressor = regressor_of(mechanism, fit.known)
-    pieces = motions(logs, regressor.joints, cutoffs_of(fit))
+    pieces = motions(fit.conditions.relative(logs), regressor.joints, cutoffs_of(fit))
     stacked = rows_of(regressor, base_parameters(regressor), pieces)
     comparisons = {}
     for number, joint in enumerate(fit.joints):
@@ -237,7 +237,7 @@ def _candidates(name: str, rows: Rows, pieces: Sequence[JointMotion], joint: int
         return rows
     free = tuple(unknown for unknown, keep in zip(rows.unknowns, kept, strict=True) if keep)
     terms = tuple(Unknown(term, viscous if term.startswith("F_v") else unit) for term in names)
-    columns = np.concatenate([piece.thinned(of(piece.velocity[:, joint])) for piece in pieces])
+    columns = np.concatenate([piece.thinned(of(piece.velocity[:, joint]) * load_of(piece)) for piece in pieces])
     return replace(rows, unknowns=(*free, *terms), columns=np.concatenate([rows.columns[:, kept], columns], axis=1))
 
 

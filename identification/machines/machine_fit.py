@@ -18,6 +18,7 @@ from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Pictured
 from identification.inference.comparison import LawComparison
 from identification.machines.identify import Identified
+from identification.machines.motion import Conditions
 from identification.machines.scores import JointScore
 
 if TYPE_CHECKING:
@@ -57,7 +58,8 @@ class MachineFit(Pictured, Recorded):
     effective_samples: how many independent ones the samples are worth; rounds: of instruments; laws: of friction,
     compared, by joint, empty where that was not asked; verdicts: in words; declaration: where the machine is declared
     (empty: nowhere but in the program), read with ``gravity`` (m/s^2; empty: its own); still: as in
-    `identify_machine`; columns: of its logs by name of a coordinate or effort, where they differ.
+    `identify_machine`; columns: of its logs by name of a coordinate or effort, where they differ; conditions: under
+    which friction is that of the parameters.
     identified: what is behind it, None in a fit that was read back."""
 
     COLUMNS = ("[name]=parameters.*",)
@@ -85,6 +87,7 @@ class MachineFit(Pictured, Recorded):
     gravity: tuple[float, ...] = ()
     still: float = 0.0
     columns: Mapping[str, str] = field(default_factory=dict)
+    conditions: Conditions = field(default_factory=Conditions)
     identified: Identified | None = field(default=None, repr=False, compare=False)
 
     def __getitem__(self, name: str) -> MachineParameter:

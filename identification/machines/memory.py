@@ -13,7 +13,7 @@ not determined.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -32,14 +32,14 @@ from identification.hysteresis.spectrum import SLIDERS, SliderSpectrum, non_nega
 from identification.inference.choice import coloured_covariance
 from identification.inference.problem import Prior, Solution, Unknown, determines, information
 from identification.machines.motion import JointMotion, MachineLog
-from identification.machines.problem import Friction, MachineProblem
+from identification.machines.problem import Friction, MachineProblem, load_of
 from identification.machines.rows import Rows
 
 LONGEST = 20  # of the range of the way: presliding is shorter
 FINER = 10.0  # than the usual way between samples: the least that is looked for
 STIFFER = 3.0  # than that: end of a search
 WIDE = 1e3  # times its first value: bounds of a positive parameter
-KEPT = 4  # evaluations: folds and clusters ask for the same again
+KEPT = 4  # evaluations
 SEARCH: Mapping[str, Any] = {"tolerance": 1e-8, "evaluations": 60}  # of a law along its way
 SEEN = 2.0  # deviations of a compliance that is there
 BACK = 1e-3  # of its range: a joint that goes back by less never reverses
@@ -53,12 +53,12 @@ def memory_laws() -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class JointMemory(Friction):
-    """A law with memory of one joint. parameters: of the law; unknowns: these, then shares; pieces: of the logs;
-    resolution: rad or m, of the encoder; first: where a search begins."""
+    """A law with memory of one joint. parameters: of the law; own: these, then shares; resolution: rad or m, of the
+    encoder; first: where a search begins."""
 
     law: LoopLaw
     parameters: tuple[Parameter, ...]
-    unknowns: tuple[Unknown, ...]
+    own: tuple[Unknown, ...]
     pieces: Sequence[JointMotion]
     joint: int
     resolution: float
@@ -87,20 +87,20 @@ class JointMemory(Friction):
         return windows
 
     def __call__(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As in `Friction`; folds and clusters ask for the same again."""
         key = q.tobytes()
         if key not in self._kept:
             if len(self._kept) >= KEPT:
                 del self._kept[next(iter(self._kept))]
-            self._kept[key] = self._computed(q)
+            self._kept[key] = super().__call__(q)
         return self._kept[key]
 
-    def _computed(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def along(self, q: np.ndarray) -> Iterator[np.ndarray]:
         subject, count = self._subject, len(self.parameters)
         values = dict(zip(subject.parameters, q[:count].tolist(), strict=True))
         full, by_parameters = (np.array(part, dtype=float) for part in self._full(*q[:count]))
         states = [subject.by.index(name) for name in subject.states if not name.startswith("rest")][: len(full)]
         column = subject.recorded.index(FORCE)
-        forces, slopes = [], []
         for number, (piece, window) in enumerate(zip(self.pieces, self._windows, strict=True)):
             mine = slice(count + number * len(full), count + (number + 1) * len(full))
             begin = dict.fromkeys(subject.states, 0.0)
@@ -113,17 +113,15 @@ class JointMemory(Friction):
             shown[:end, 1 : 1 + count] = by[:, :count] + by[:, states] @ (q[mine, None] * by_parameters)
             shown[:end, 1 + mine.start : 1 + mine.stop] = by[:, states] * full
             shown[end:] = shown[end - 1]
-            thin = piece.thinned(shown)
-            forces.append(thin[:, 0])
-            slopes.append(thin[:, 1:])
-        return np.concatenate(forces), np.concatenate(slopes)
+            yield shown
 
     def start(self, rows: Rows, chosen: np.ndarray) -> np.ndarray:
         """Where sliders found the law, and columns that are left by its friction."""
         columns, effort = rows.weighted
-        force, _ = self(self.first)
+        first = np.concatenate([self.first, np.zeros(int(self.warms))])
+        force, _ = self(first)
         x = np.linalg.lstsq(columns, effort - force[chosen] * rows.weight, rcond=None)[0]
-        return np.concatenate([x, self.first])
+        return np.concatenate([x, first])
 
     def warnings(self, problem: MachineProblem, solution: Solution) -> tuple[str, ...]:
         """Why the stiffness is not known, and parameters of no sense."""
@@ -188,7 +186,8 @@ def presliding(
     bound = np.geomspace(min(least, span / LONGEST / 2), span / LONGEST, SLIDERS)
 
     def thinned(parts: Sequence[np.ndarray]) -> np.ndarray:
-        return np.concatenate([piece.thinned(part) for piece, part in zip(pieces, parts, strict=True)])[rows.used]
+        shown = [piece.thinned(part * load_of(piece)) for piece, part in zip(pieces, parts, strict=True)]
+        return np.concatenate(shown)[rows.used]
 
     weight = rows.weight[rows.used, None]
     columns = weight * thinned([stops(LoopLog("", way, way), bound) for way in ways])

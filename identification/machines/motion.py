@@ -14,6 +14,7 @@ Sources: Gautier (1997), ICRA, 2278 (parallel decimation); Janot, Vandanjon, Gau
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Self
 
 import numpy as np
 
@@ -34,7 +35,7 @@ Smooth = Callable[[np.ndarray], np.ndarray]  # (n, ...) -> (n, ...)
 class JointMotion:
     """A piece of a log at even steps: time (n,), position, velocity, acceleration, effort (n, joints), filtered but for
     the efforts; log: number of its log; smooth: the second low-pass; indices: (k,) of the thinned samples; weight: (n,
-    joints)."""
+    joints); load, warmer: (n,) as in `Conditions.relative`, None where they are constant."""
 
     log: int
     step: float
@@ -46,6 +47,8 @@ class JointMotion:
     weight: np.ndarray
     smooth: Smooth
     indices: np.ndarray
+    load: np.ndarray | None = None
+    warmer: np.ndarray | None = None
 
     def thinned(self, values: np.ndarray) -> np.ndarray:
         """Values (n, ...) after the second low-pass at the thinned samples, (k, ...)."""
@@ -60,7 +63,8 @@ class JointMotion:
 @dataclass(frozen=True, eq=False)
 class MachineLog:
     """One log. time: (n,) s; position, effort: (n, joints), as declared; notes: what to say of it; ready: its pieces as
-    a recipe filters them, empty where there is none."""
+    a recipe filters them, empty where there is none; load: (n,) N, of all joints, and temperature: (n,) K, of their
+    friction, None where nobody recorded them."""
 
     name: str
     time: np.ndarray
@@ -68,6 +72,47 @@ class MachineLog:
     effort: np.ndarray
     notes: tuple[str, ...] = ()
     ready: tuple[JointMotion, ...] = ()
+    load: np.ndarray | None = None
+    temperature: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Under which friction is that of the parameters. load: N; temperature: K; None where logs have none."""
+
+    load: float | None = None
+    temperature: float | None = None
+
+    @classmethod
+    def of(cls, logs: Sequence[MachineLog]) -> Self:
+        """Medians over logs. StickslipError: some have such a column and others none, or a normal force below zero."""
+        medians: dict[str, float | None] = {"load": None, "temperature": None}
+        for name, words in (("load", "normal force"), ("temperature", "temperature")):
+            columns = [column for log in logs if (column := getattr(log, name)) is not None]
+            if columns and len(columns) < len(logs):
+                raise StickslipError(f"Some logs have a {words} and others none: give it of all, or of none.")
+            if columns:
+                medians[name] = float(np.median(np.concatenate(columns)))
+        least = min((float(log.load.min()) for log in logs if log.load is not None), default=0.0)
+        if least < 0 or medians["load"] == 0:
+            raise StickslipError(
+                f"The normal force falls to {least:.3g} N: it presses from 0 on. Check the zero and the sign of its "
+                "load cell."
+            )
+        return cls(**medians)
+
+    def relative(self, logs: Sequence[MachineLog]) -> list[MachineLog]:
+        """Logs with loads in place of 1 that are over the usual one, and temperatures, K, above the usual one."""
+        return [
+            replace(
+                log,
+                load=None if self.load is None or log.load is None else log.load / self.load,
+                temperature=None
+                if self.temperature is None or log.temperature is None
+                else log.temperature - self.temperature,
+            )
+            for log in logs
+        ]
 
 
 @dataclass(frozen=True)
@@ -156,6 +201,9 @@ def _piece(
     def even(values: np.ndarray) -> np.ndarray:
         return np.stack([np.interp(time, log.time[rows], column) for column in values[rows].T], axis=1)
 
+    def beside(values: np.ndarray | None) -> np.ndarray | None:
+        return None if values is None else np.interp(time, log.time[rows], values[rows])
+
     position = low_pass(even(log.position), cutoffs.kinematic, step)
     velocity = np.gradient(position, step, axis=0)
     return JointMotion(
@@ -169,6 +217,8 @@ def _piece(
         np.ones(position.shape),
         partial(low_pass, cutoff=cutoffs.parallel, step=step),
         _used_samples(len(time), cutoffs.parallel, step),
+        beside(log.load),
+        beside(log.temperature),
     )
 
 

@@ -29,7 +29,7 @@ class Predicted:
 def predict_efforts(mechanism: Mechanism, fit: MachineFit, logs: Sequence[MachineLog]) -> list[Predicted]:
     """Efforts that the motion in logs takes by the fit of the same mechanism; errors as for `motions`."""
     regressor = regressor_of(mechanism, fit.known)
-    pieces = motions(logs, regressor.joints, cutoffs_of(fit))
+    pieces = motions(fit.conditions.relative(logs), regressor.joints, cutoffs_of(fit))
     rows = rows_of(regressor, base_parameters(regressor), pieces)
     return _predicted(fit, rows, pieces, [log.name for log in logs])
 

@@ -9,7 +9,7 @@ through the same filter as the effort. Residuals may depend on one another insid
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -22,17 +22,50 @@ from identification.machines.rows import Rows
 
 STILL = 0.05  # of the greatest speed: slower samples say nothing to a law's first guess
 
+WARMED = 1.0  # K: a temperature that changes less says nothing of friction
+RISE = Unknown("a_T", "1/K", -0.2, 0.2, "share by which friction rises with each kelvin")
+
 Sign = Callable[[np.ndarray], np.ndarray]  # of velocities (n,), with the limits -1 and 1
 
 
-class Friction(ABC):
-    """Friction of one joint. unknowns: of it, in order."""
+def load_of(piece: JointMotion) -> np.ndarray:
+    """Factor (n, 1) of friction in a piece: its load; 1 (1, 1) where that is constant."""
+    return np.ones((1, 1)) if piece.load is None else piece.load[:, None]
 
-    unknowns: tuple[Unknown, ...]
+
+class Friction(ABC):
+    """Friction of one joint, in proportion to its load, and to 1 + a_T (T - T_0) where temperatures are recorded.
+    pieces: of the logs, as rows were made of them; own: unknowns of the law."""
+
+    pieces: Sequence[JointMotion]
+    own: tuple[Unknown, ...]
 
     @abstractmethod
+    def along(self, q: np.ndarray) -> Iterable[np.ndarray]:
+        """Of each piece friction and its derivatives by the law's unknowns (n, 1 + m)."""
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Those of the law, then a_T where there is one."""
+        return (*self.own, *([RISE] if self.warms else []))
+
+    @property
+    def warms(self) -> bool:
+        """Whether temperatures change enough to show."""
+        rows = [piece.warmer for piece in self.pieces if piece.warmer is not None]
+        return bool(rows) and float(np.ptp(np.concatenate(rows))) >= WARMED
+
     def __call__(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Friction (rows of the joint,) and its derivatives (rows, m)."""
+        thin = []
+        for piece, shown in zip(self.pieces, self.along(q[: len(self.own)]), strict=True):
+            followed = shown * load_of(piece)
+            if self.warms and piece.warmer is not None:
+                warmer = piece.warmer[:, None]
+                followed = np.hstack([followed * (1 + q[-1] * warmer), followed[:, :1] * warmer])
+            thin.append(piece.thinned(followed))
+        rows = np.concatenate(thin)
+        return rows[:, 0], rows[:, 1:]
 
     @abstractmethod
     def start(self, rows: Rows, chosen: np.ndarray) -> np.ndarray:
@@ -46,7 +79,7 @@ class Friction(ABC):
 
 @dataclass(frozen=True, eq=False)
 class JointFriction(Friction):
-    """A friction law of one joint. pieces: of the logs, as rows were made of them; sign: that goes with the law."""
+    """A friction law of one joint. sign: that goes with the law."""
 
     law: FittableLaw
     pieces: Sequence[JointMotion]
@@ -54,33 +87,33 @@ class JointFriction(Friction):
     sign: Sign
 
     @cached_property
-    def unknowns(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # those of the law
+    def own(self) -> tuple[Unknown, ...]:  # type: ignore[override]  # those of the law
         return unknowns(self.law)
 
-    def __call__(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        law, sign = self.law, self.sign
-        return (
-            self._thinned(lambda v: sign(v) * law.value(np.abs(v), q)),
-            self._thinned(lambda v: (sign(v) * law.gradient(np.abs(v), q)).T),
-        )
+    def along(self, q: np.ndarray) -> Iterable[np.ndarray]:
+        for piece in self.pieces:
+            v = piece.velocity[:, self.joint]
+            shown = np.vstack([self.law.value(np.abs(v), q), self.law.gradient(np.abs(v), q)])
+            yield (self.sign(v) * shown).T
 
     def start(self, rows: Rows, chosen: np.ndarray) -> np.ndarray:
         """Parameters from a fit with Coulomb and viscous friction, and the law's own guess from what these leave."""
         columns, effort = rows.weighted
-        rough = self._thinned(lambda v: np.stack([np.sign(v), v], axis=1))[chosen]
+        speeds = [piece.velocity[:, self.joint] for piece in self.pieces]
+        rough = [
+            np.stack([np.sign(v), v], axis=1) * load_of(piece) for piece, v in zip(self.pieces, speeds, strict=True)
+        ]
+        rough = np.concatenate([piece.thinned(part) for piece, part in zip(self.pieces, rough, strict=True)])[chosen]
         weight, speed = rows.weight, rows.speed
         extended = np.concatenate([columns, rough * weight[:, None]], axis=1)
         x = np.linalg.lstsq(extended, effort, rcond=None)[0][: columns.shape[1]]
         moving = (np.abs(speed) > STILL * np.max(np.abs(speed))) & (weight > 0)
         residual = rows.residual(x)[moving] * np.sign(speed[moving])
-        return np.concatenate([x, self.law.start(np.abs(speed[moving]), residual)])
+        return np.concatenate([x, self.law.start(np.abs(speed[moving]), residual), np.zeros(int(self.warms))])
 
     def warnings(self, problem: MachineProblem, solution: Solution) -> tuple[str, ...]:
-        return self.law.warnings(solution.values[len(problem.rows.unknowns) :])
-
-    def _thinned(self, of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """A function of the joint's velocities (n,) in the rows of the joint."""
-        return np.concatenate([piece.thinned(of(piece.velocity[:, self.joint])) for piece in self.pieces])
+        before = len(problem.rows.unknowns)
+        return self.law.warnings(solution.values[before : before + len(self.own)])
 
 
 @dataclass(frozen=True, eq=False)

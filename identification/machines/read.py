@@ -10,7 +10,7 @@ import numpy as np
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.registry import Reference
 from fmu_models.base.trust import admit, is_place
-from fmu_models.base.unit_names import conversion_factor
+from fmu_models.base.unit_names import conversion_factor, scale_of
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Quantity
 from fmu_models.oscillators import load
@@ -24,6 +24,7 @@ from rig_io.logs.table import Table
 from rig_io.packages.datapackage import read_columns
 
 URDF = ".urdf"
+CONDITIONS = {"normal_force": "N", "temperature": "K"}  # columns beside the motion that friction follows
 LEAST = 100  # rows
 OTHER = 0.2  # relative: a recorded velocity that differs more is not the derivative of the position
 
@@ -106,7 +107,8 @@ def read_machine_log(
 ) -> MachineLog:
     """A log of a machine's positions and efforts, in the units of the declaration.
 
-    columns: column by name of a coordinate, effort or ``time``, where they differ; reader: as in `rig_io.read_log`.
+    columns: column by name of a coordinate, effort or ``time``, ``normal_force`` or ``temperature``, where they differ;
+    reader: as in `rig_io.read_log`.
     Rows with an empty cell are left out. A recorded velocity is compared with the position's.
 
     Raises:
@@ -116,7 +118,7 @@ def read_machine_log(
     named = dict(columns or {})
     coordinates, efforts = mechanism.coordinates, effort_inputs(mechanism)
     velocities = [q.v for q in coordinates]
-    names = {TIME, *(coordinate.name for coordinate in (*coordinates, *velocities, *efforts))}
+    names = {TIME, *CONDITIONS, *(coordinate.name for coordinate in (*coordinates, *velocities, *efforts))}
     for name in named:
         if name not in names:
             raise StickslipError(
@@ -127,6 +129,7 @@ def read_machine_log(
     time = _column(table, used[0], None)
     position = np.stack([_column(table, named.get(q.name, q.name), q) for q in coordinates], axis=1)
     effort = np.stack([_column(table, named.get(drive.name, drive.name), drive) for drive in efforts], axis=1)
+    beside = {key: _condition(table, named.get(key, key), unit, key in named) for key, unit in CONDITIONS.items()}
     filled = np.isfinite(time) & np.isfinite(position).all(axis=1) & np.isfinite(effort).all(axis=1)
     if np.count_nonzero(filled) < LEAST:
         raise StickslipError(
@@ -139,7 +142,26 @@ def read_machine_log(
         if column in table.columns:
             velocity = _column(table, column, v)[filled]
             notes += _not_derivative(table.source, column, time[filled], position[filled, joint], velocity)
-    return MachineLog(Path(path).name, time[filled], position[filled], effort[filled], tuple(notes))
+    load, temperature = (
+        None if column is None else np.interp(time[filled], time[np.isfinite(column)], column[np.isfinite(column)])
+        for column in beside.values()
+    )
+    about = {"name": Path(path).name, "notes": tuple(notes), "load": load, "temperature": temperature}
+    return MachineLog(time=time[filled], position=position[filled], effort=effort[filled], **about)
+
+
+def _condition(table: Table, name: str, unit: str, asked: bool) -> np.ndarray | None:
+    """A column that friction follows, filled where it is; None where there is none. StickslipError: it is asked for and
+    not there, or nowhere filled."""
+    if name not in table.columns and not asked:
+        return None
+    if name not in table.columns:
+        raise StickslipError(f"{table.source} has no column '{name}'.{nearest(name, table.columns)}")
+    factor, zero = scale_of(table.units.get(name) or unit, unit, f"{table.source}: column '{name}'")
+    values = np.asarray(table.columns[name], dtype=float) * factor + zero
+    if not np.isfinite(values).any():
+        raise StickslipError(f"Column '{name}' of {table.source} holds no number. Leave it out.")
+    return values
 
 
 def _emptiest(table: Table, names: Sequence[str]) -> str:

@@ -82,7 +82,7 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[JointMotion]) -> 
     """The linear problem of measured motion, with joints of equal weight."""
     joints = len(regressor.joints)
     used = base.places if base.given is None else [*base.places, base.given]
-    matrix = stacked(pieces, lambda p: regressor(p.position, p.velocity, p.acceleration)[:, :, used])
+    matrix = stacked(pieces, lambda p: loaded(regressor(p.position, p.velocity, p.acceleration)[:, :, used], base, p))
     columns, offset = matrix[:, : len(base.places)], matrix[:, len(base.places) :].sum(axis=1)
     each = [np.broadcast_to(np.arange(joints), (len(piece.indices), joints)) for piece in pieces]
     return Rows(
@@ -100,6 +100,14 @@ def rows_of(regressor: Regressor, base: Base, pieces: Sequence[JointMotion]) -> 
         in_rows([piece.weight[piece.indices] for piece in pieces]),
         np.ones(joints),
     )
+
+
+def loaded(columns: np.ndarray, base: Base, piece: JointMotion) -> np.ndarray:
+    """Columns (n, joints, b or more) of a piece with those of friction in proportion to its load."""
+    if piece.load is not None:
+        frictional = [number for number, parameter in enumerate(base.parameters) if parameter.frictional]
+        columns[:, :, frictional] *= piece.load[:, None, None]
+    return columns
 
 
 def _blocks(pieces: Sequence[JointMotion]) -> list[np.ndarray]:

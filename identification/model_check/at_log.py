@@ -7,12 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from fmu_models.base.errors import StickslipError
 from identification.disturbances.temperature import TERM
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel
 from identification.measurement.motion import DiscMotion
 
 SWAYS = 0.1  # of the mean of a normal force: a model that runs at the mean is no longer that of the log
+
+
+class SwayedError(StickslipError):
+    """No log of a family can be held against a model whose normal force is steady."""
 
 
 def model_at(fit: FrictionFit, model: FittedModel, motion: DiscMotion) -> FittedModel:

@@ -21,7 +21,7 @@ from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, SimulatedMotion, arrangement_of, fitted_model, rig_constants
 from identification.measurement.motion import DiscMotion
 from identification.model_check import bifurcations as bifurcations
-from identification.model_check.at_log import model_at, swayed
+from identification.model_check.at_log import SwayedError, model_at, swayed
 from identification.model_check.bifurcations import BifurcationComparison, MeasuredBifurcation, Transition
 from identification.model_check.portraits import (
     MEANING,
@@ -133,16 +133,22 @@ def _family(
     processing = processing_of(model)
     varied = _varied(motions)
     motions = sorted(motions, key=lambda motion: drive_speeds(motion)[varied])
-    members = []
+    members, left_out = [], []
     for number, motion in enumerate(motions):
         try:
             members.append(_member(model_at(fit, model, motion), processing, motion))
         except StickslipError as error:
-            raise StickslipError(" ".join((str(error), *swayed(motion)))) from error
+            if not (sways := tuple(swayed(motion))):
+                raise
+            left_out.append(f"'{motion.log.name}' is left out. {' '.join((str(error), *sways))}")
         progress(0.5 * (number + 1) / len(motions))
+    if not members:
+        raise SwayedError(" ".join(left_out))
     fixed, notes = _fixed_speeds(motions, varied)
     notes = (*(f"Log '{member.log}' {member.settling.words}." for member in members if member.settling), *notes)
-    notes = (*followed_in(fit.structure), *(words for motion in motions for words in swayed(motion)), *notes)
+    kept = {member.log for member in members}
+    sways = (words for motion in motions if motion.log.name in kept for words in swayed(motion))
+    notes = (*followed_in(fit.structure), *left_out, *sways, *notes)
     if fixed is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)
     predicted, hopf = _predicted(model, varied, fixed, [member.drive_speeds[varied] for member in members])

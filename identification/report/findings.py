@@ -7,6 +7,7 @@ from identification.fit.result import FrictionFit
 from identification.fit.samples import samples_by_disc
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
+from identification.model_check.at_log import SwayedError
 from identification.model_check.families import compare_families
 from identification.next_step.design import design
 from identification.report.live import LiveFrame, live_frame
@@ -30,12 +31,17 @@ def findings(
     and as a check; uncertainty: carried on to the predicted bifurcation speeds; interactive: the model live beside the
     measured portraits. ``progress`` is told the fraction done. Errors as for `compare_families`.
     """
-    families = compare_families(fit, logs, uncertainty=uncertainty, progress=lambda share: progress(0.5 * share))
+    notes: list[str] = []
+    try:
+        families = compare_families(fit, logs, uncertainty=uncertainty, progress=lambda share: progress(0.5 * share))
+    except SwayedError as error:
+        families = ()
+        notes.append(f"The model's motion was not held against the logs: {error}")
     decays = [log for log in logs if log.kind == "free-decay"]
     names = {one.name for one in fit.logs}
     fitted = [log for log in logs if log.name in names]
     missing = sorted(names - {log.name for log in fitted})
-    notes, samples, evaluation = [], None, None
+    samples, evaluation = None, None
     if missing:
         notes.append(f"Not among the logs given, though fitted: {', '.join(missing)}. Figures of the fit lack them.")
     try:

@@ -12,7 +12,6 @@ one quantity, see `KINDS`; some of it is known to no estimator.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -22,7 +21,7 @@ import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.shown import Shown
-from fmu_models.base.unit_names import conversion_factor
+from rig_io.bench.settings import sized
 
 if TYPE_CHECKING:
     from fmu_models.fmu.fmu import Fmu
@@ -35,7 +34,6 @@ SHAKEN, ALIASED, ROCKED = 37.0, 1003.0, 3.3  # Hz
 WARMING, TURN = 10.0, 0.5  # s; rad, at which an eccentric encoder shows its angle
 MAGNET, NARROW, CABLE, ROUNDED = 0.06, 0.012, 0.08, 1e-3  # rad: where, how wide, from where on, how sharp
 SLOW = 1e-3  # rad/s, below which |omega| is rounded off
-_SIZE = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S*)")
 _SHAPE = np.array([0.0, 1.0, 0.5, -1.5])
 
 
@@ -153,17 +151,14 @@ class Disturbances(Shown):
             refuse_unknown(name, KINDS, f"There is no disturbance '{name}' ({', '.join(KINDS)}).")
             if name in sizes:
                 raise StickslipError(f"The disturbance '{name}' is given twice. Give it once.")
-            match = _SIZE.fullmatch(size)
-            if match is None:
-                raise StickslipError(f"A disturbance is given as NAME=SIZE, for example once=5%; found '{text}'.")
+            unit = KINDS[name].unit
             try:
-                factor = conversion_factor(match[2], KINDS[name].unit) if match[2] else 1.0
+                sizes[name] = sized(size, unit)
             except ValueError as error:
-                unit = KINDS[name].unit.replace("1", "%")
                 raise StickslipError(
-                    f"The disturbance '{name}' has no size '{size}' ({error}). Its unit is {unit}."
+                    f"The disturbance '{name}' has no size '{size}' ({error}). Its unit is {unit.replace('1', '%')}. "
+                    "Write NAME=SIZE, for example once=5%."
                 ) from error
-            sizes[name] = float(match[1]) * factor
         return Disturbances(**sizes)
 
     def load(

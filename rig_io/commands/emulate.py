@@ -15,6 +15,7 @@ from fmu_models.base.errors import StickslipError
 if TYPE_CHECKING:
     from rig_io.bench.emulation import Emulation
 
+OTHERS = ("loop", "decay")  # of other rigs
 SPEED_DEVIATION = 0.005  # relative, of a drive that is set by hand
 
 
@@ -23,11 +24,13 @@ def emulate(
     place: Annotated[
         Path,
         typer.Argument(
-            metavar="FOLDER|SCENE", help="Folder to write: CSV logs and datapackage.json; or a scene (.toml), then:"
+            metavar="FOLDER|SCENE|loop|decay",
+            help="Folder to write: CSV logs and datapackage.json; or a scene (.toml); or what other rigs record, a "
+            "loop of force over way or a decay of an angle; then:",
         ),
     ],
     target: Annotated[
-        Path | None, typer.Argument(metavar="[FOLDER]", help="Folder for the logs of a scene. [default: its name]")
+        Path | None, typer.Argument(metavar="[FOLDER]", help="Folder for these logs. [default: the name of the scene]")
     ] = None,
     material: Annotated[str, typer.Option(help="Friction pair: paper/paper, liner/rubber, paper/rubber.")] = (
         "paper/rubber"
@@ -83,12 +86,23 @@ def emulate(
     velocity: Annotated[
         str | None, typer.Option(metavar="SENSOR", help="Fit a velocity sensor of the body: tachometer or vibrometer.")
     ] = None,
+    settings_of_loop: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE,...",
+            help="Of a loop or decay, law, way, instruments and faults of the bench: --set amplitude=1mm,5mm makes two "
+            "logs; a wrong name lists all; repeat.",
+        ),
+    ] = None,
     overwrite: console.Overwrite = False,
     json: console.Json = False,
 ) -> None:
-    """Emulate a set of rig logs: one per drive speed, and a free decay.
+    """Emulate a set of rig logs: one per drive speed, and a free decay; or loops and decays of other rigs.
 
     Example: stickslip emulate my_rig --material liner/rubber --speeds 0.41,0.83,1.2 --seed 7
+
+    Example: stickslip emulate loop my_loops --set "law=Dahl(sigma=2e5, F_c=80)" --set amplitude=1mm,5mm
     """
     from rig_io.bench.disturbances import Disturbances
     from rig_io.bench.emulation import MicroSlip
@@ -98,13 +112,21 @@ def emulate(
     from rig_io.sensors.load_cell import LoadCell
     from rig_io.sensors.speed_sensor import speed_sensor
 
-    if place.suffix == ".toml":
+    if place.suffix == ".toml" or str(place) in OTHERS:
         default = (material, arrangement, changeover, duration) == ("paper/rubber", "together", 0.0, 20.0)
         default &= all(one is None for one in (speeds, second, second_material, micro_slip, disturbance, start))
         if not (default and ripple and laser and encoder and drive_encoder) or load_cell or velocity or beam:
-            raise StickslipError("A scene says itself what is emulated: change it there, sensors in [sensors].")
-        _emulate_scene(place, target, seed, overwrite, json)
+            raise StickslipError(
+                "A scene says itself what is emulated: change it there, sensors in [sensors]. Loops and decays take "
+                "--set."
+            )
+        if str(place) in OTHERS:
+            _emulate_others(str(place), target, settings_of_loop or [], seed, overwrite, json)
+        else:
+            _emulate_scene(place, target, seed, overwrite, json)
         return
+    if settings_of_loop:
+        raise StickslipError("--set is of loops and decays: stickslip emulate loop FOLDER --set amplitude=5mm.")
     if target is not None:
         raise StickslipError(
             f"Two folders are given, '{place}' and '{target}'. Give one, or a scene (.toml) before it."
@@ -129,6 +151,35 @@ def emulate(
     placed = begun | {"arrangement": arrangement, "changeover": changeover}
     settings = [replace(emulation, **placed) if emulation.discs else emulation for emulation in settings]
     _emulate(folder, settings, material, seed, overwrite, json)
+
+
+def _emulate_others(kind: str, folder: Path | None, texts: list[str], seed: int, overwrite: bool, json: bool) -> None:
+    """Loops or decays, one log for each combination of settings."""
+    from rig_io.bench.joint import JointBench, record_loop
+    from rig_io.bench.settings import benches, log_names, write_recorded
+    from rig_io.bench.swing import SwingBench, record_decay
+
+    if folder is None:
+        raise StickslipError(f"Say where the logs go: stickslip emulate {kind} FOLDER.")
+    asked: list[tuple[Any, tuple[str, ...]]] = [*benches(JointBench if kind == "loop" else SwingBench, texts)]
+    names = log_names(kind, asked)
+    record: Any = record_loop if kind == "loop" else record_decay
+    with console.progress("emulating") as advance:
+        made = []
+        for number, ((bench, _), name) in enumerate(zip(asked, names, strict=True)):
+            made.append(record(bench, name, seed, number))
+            advance((number + 1) / len(asked))
+    write_recorded(folder, made, title=f"Emulated: {kind}, seed {seed}", overwrite=overwrite)
+    content = {"folder": str(folder), "seed": seed, "logs": [f"{name}.csv" for name in names]}
+    command = "hysteresis" if kind == "loop" else "decay"
+
+    def say(out: console.Console) -> None:
+        out.print(f"[bold]{folder}[/bold]: {len(made)} emulated logs, seed {seed}")
+        rows = [[f"{log.name}.csv", f"{len(next(iter(log.columns.values())))}", ", ".join(log.columns)] for log in made]
+        out.print(console.table("", ("log", ">samples", "columns"), rows))
+        out.print(f"Fit them:  stickslip {command} {folder}/*.csv")
+
+    console.say(json, content, say)
 
 
 def _with_second(settings: list[Emulation], speeds: list[float], material: str) -> list[Emulation]:

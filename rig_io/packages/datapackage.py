@@ -6,7 +6,7 @@ import re
 import shutil
 import tempfile
 import warnings
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -262,6 +262,21 @@ def write_package(
     """
     folder, logs = Path(folder), list(logs)
     check_target(folder, [log.name for log in logs], overwrite)
+
+    def fill(work: Path) -> dict[str, Any]:
+        for log in logs:
+            csv_log.write(work / f"{log.name}.csv", {TIME.name: log.time, **log.columns})
+        return sidecar.package(work.name, logs, work, title, description)
+
+    return write_folder(folder, [f"{log.name}.csv" for log in logs], fill)
+
+
+def write_folder(folder: Path, files: Sequence[str], fill: Callable[[Path], Mapping[str, Any]]) -> Path:
+    """Write what ``fill`` writes into a folder, ``files`` and the sidecar that it returns, whole or not at all.
+
+    Raises:
+        StickslipError: the folder cannot be written.
+    """
     target = folder.resolve()
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -271,14 +286,12 @@ def write_package(
     try:
         work = room / target.name  # a folder of the usual rights, which mkdtemp's is not
         work.mkdir()
-        for log in logs:
-            csv_log.write(work / f"{log.name}.csv", {TIME.name: log.time, **log.columns})
-        package = sidecar.package(work.name, logs, work, title, description)
+        package = fill(work)
         (work / SIDECAR).write_text(json.dumps(package, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         if not target.exists():
             work.rename(target)
             return folder
-        for file in (*(f"{log.name}.csv" for log in logs), SIDECAR):  # the sidecar last: until then the old one rules
+        for file in (*files, SIDECAR):  # the sidecar last: until then the old one rules
             with write_whole(target / file, overwrite=True) as temporary:
                 (work / file).replace(temporary)
     except OSError as error:

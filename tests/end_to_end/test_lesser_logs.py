@@ -54,7 +54,12 @@ def test_a_normal_force_and_a_temperature_from_files(stickslip, tmp_path: Path) 
         "Assumed: the law is that at 295 K",
     ]
     compared = stickslip("compare", fit, folder, "--no-uncertainty")
-    assert compared.code != 0 and "'paper-rubber-0.83' goes from 3.93 to 5.88 N, the model runs at" in compared.err
+    reported = stickslip("report", fit, folder, "--no-uncertainty", "-o", tmp_path / "page.html")
+    assert reported.code == 0, reported.err
+    page = (tmp_path / "page.html").read_text()
+    assert "friction is in proportion to the normal force of the load cell" in page
+    told = " ".join((compared.out + compared.err).split())
+    assert "'paper-rubber-0.83' is left out" in told and "goes from 3.93 to 5.88 N, the model runs at its mean" in told
 
 
 def test_a_velocity_sensor_from_files(stickslip, tmp_path: Path) -> None:

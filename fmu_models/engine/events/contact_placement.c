@@ -198,7 +198,8 @@ void placement_all(Run *r, signed char *candidate, signed char *resting)
     for (int c = 0; c < MODEL_NC; c++) {
         int inside = 1, enters = 0;
         resting[c] = 0;
-        if (model_contact_partner[c] >= 0 || model_contact_impulsive[c]) continue;
+        if (contact_is_array(c)) r->at.state[c] = CONTACT_SLIP_PLUS;
+        if (contact_is_array(c) || model_contact_partner[c] >= 0 || model_contact_impulsive[c]) continue;
         candidate[c] = 0;
         if (cone_is_side(c)) continue;
         if (model_contact_bounded[c]) {
@@ -255,7 +256,7 @@ void placement_others(Run *r, signed char *candidate)
 {
     for (int c = 0; c < MODEL_NC; c++) {
         if (model_contact_partner[c] >= 0 || model_contact_impulsive[c] || r->at.state[c] == CONTACT_AWAY) continue;
-        if (cone_is_side(c)) continue;
+        if (contact_is_array(c) || cone_is_side(c)) continue;
         if (model_contact_compliant[c]) {
             r->at.state[c] = inside_state(r, c);
         } else {
@@ -278,4 +279,28 @@ int placement_closed_on_walls(Run *r, signed char *closed)
         placement_on_walls(r, closed);
     }
     return any;
+}
+
+void placement_hold_next(Run *r, int c)
+{
+    const int next = r->scratch.next[c], side = r->at.state[c - 1] == CONTACT_SLIP_MINUS ? -1 : 1;
+    if (next < 0) return;
+    r->at.held[next - (MODEL_NX - MODEL_NE)] = (signed char)side;
+    r->at.x[next] = side * element_bound(r->at.d, c)[next - model_contact_first[c]];
+}
+
+void placement_elements(Run *r, int *moved)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        const double *bound = element_bound(r->at.d, c);
+        const int side = c > 0 && r->at.state[c - 1] == CONTACT_SLIP_MINUS ? -1 : 1;
+        for (int i = 0; i < model_contact_elements[c]; i++) {
+            double *z = &r->at.x[model_contact_first[c] + i];
+            const int yields = bound[i] - side * *z <= r->tolerances.slip * bound[i];
+            const double before = *z;
+            if (yields || -side * *z > bound[i]) *z = (yields ? side : -side) * bound[i];
+            r->at.held[model_contact_first[c] + i - (MODEL_NX - MODEL_NE)] = (signed char)(yields ? side : 0);
+            *moved |= *z != before;
+        }
+    }
 }

@@ -40,3 +40,7 @@ void placement_on_walls(Run *r, const signed char *at_walls);
 /* closed rigid contacts stay at their walls, whatever rounding adds up to: moves the coordinates and marks the
    contacts; 1 if any */
 int placement_closed_on_walls(Run *r, signed char *closed);
+/* array c: the element that is next is at its bound */
+void placement_hold_next(Run *r, int c);
+/* elements of arrays: those at or beyond the bound that their way goes to are held there, all others free */
+void placement_elements(Run *r, int *moved);

@@ -33,7 +33,7 @@ RunStatus exchange_derivatives(Run *r, double *dx)
     for (int i = 0; i < MODEL_NV; i++)
         dx[MODEL_NQ + i] = contact_rate(j, i, 0);
     for (int i = 0; i < MODEL_NZ; i++)
-        dx[MODEL_NQ + MODEL_NV + i] = j->zrate[i][0];
+        dx[MODEL_NQ + MODEL_NV + i] = internal_rate(j, i, 0);
     return run_check_finite(r, "derivative of state", dx, MODEL_NX);
 }
 

@@ -116,8 +116,14 @@ static double input_derivative(const Run *r, int i, int n, double since_start)
 static void evaluate_segment(Run *r, double time, double since_start)
 {
     const double s = r->segment_rooted ? sqrt(since_start) : since_start;
-    for (int i = 0; i < MODEL_NX; i++)
+    for (int i = 0; i < MODEL_NX - MODEL_NE; i++)
         r->at.x[i] = polynomial_value(r->jets.x[i], r->segment_order, s);
+    for (int c = 0; MODEL_NE > 0 && c < MODEL_NC; c++) {
+        const int first = model_contact_first[c], next = contact_is_array(c) ? r->jets.next[c] : -1;
+        const double way = next < 0 ? 0.0 : s * polynomial_value(&r->jets.x[next][1], r->segment_order - 1, s);
+        for (int i = first; i < first + model_contact_elements[c]; i++)
+            r->at.x[i] = r->jets.x[i][0] + (element_is_held(&r->jets, c, i) ? 0.0 : way);
+    }
     for (int i = 0; i < MODEL_NU; i++)
         r->at.u[i] = r->jets.u[i][0] + r->jets.du[i][0] * since_start;
     for (int i = 0; r->at.curved && i < MODEL_SET_INPUTS; i++) {

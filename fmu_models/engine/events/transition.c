@@ -177,6 +177,7 @@ static RunStatus reconsider(Run *r, int *moved)
     if (memchr(resting, 1, sizeof resting) && leave_regions(r, candidate, resting, moved) == RUN_ERROR)
         return RUN_ERROR;
     if (!r->starting) restart_clocks(r, before, moved);
+    if (MODEL_NE > 0) placement_elements(r, moved);
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
 
@@ -186,7 +187,10 @@ static void jump(Run *r, int c, int *moved)
     const int side = r->at.state[c] == CONTACT_SLIP_PLUS ? 1 : r->at.state[c] == CONTACT_SLIP_MINUS ? 2 : 0;
     if (!(model_contact_resets[c] & side)) return;
     const double rate = contact_may_rest(c) ? chatter_rate(r, c) : 0.0;
-    model_reset(r->at.p, r->at.d, &r->scratch, c, r->at.x);
+    if (contact_is_array(c))
+        placement_hold_next(r, c);
+    else
+        model_reset(r->at.p, r->at.d, &r->scratch, c, r->at.x);
     if (contact_may_rest(c)) chatter_note_reset(r, c, rate);
     placement_load(r);
     r->jumped[c] = 1;
@@ -319,7 +323,7 @@ RunStatus transition_make(Run *r, int *moved)
         const int falls = r->falling[c][SLOT_TANGENTIAL];
         at_limit[c] = sticks && falls;
         candidate[c] = 0;
-        if (cone_is_side(c)) continue;
+        if (contact_is_array(c) || cone_is_side(c)) continue;
         if (model_contact_impulsive[c]) {
             arrives[c] = (signed char)cross_wall(r, c, candidate, at_limit);
             any |= arrives[c];
@@ -346,6 +350,7 @@ RunStatus transition_make(Run *r, int *moved)
     if (any && strike(r, arrives, candidate, moved) == RUN_ERROR) return RUN_ERROR;
     if (select_watched(r, candidate, at_limit, moved) == RUN_ERROR) return RUN_ERROR;
     restart_clocks(r, before, moved);
+    if (MODEL_NE > 0) placement_elements(r, moved);
     return any ? chatter_settle(r, moved) : RUN_OK;
 }
 

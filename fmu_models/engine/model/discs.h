@@ -139,6 +139,14 @@ static CALLED void disc_power(double *y, double a, const double *r, double expon
         y[m] = y[m] < DISC_LARGEST ? disc_bounded(fabs(value) * disc_growth(fabs(exponent) * y[m])) : DISC_LARGEST;
 }
 
+/* a power above 1 of what may pass zero, bounded across it as a root is */
+static CALLED void disc_lifted(double *y, double a, const double *r, double exponent)
+{
+    disc_power(y, a, r, exponent, pow(fabs(a), exponent));
+    for (int m = 0; m < DISCS; m++)
+        y[m] = y[m] < DISC_LARGEST ? y[m] : disc_bounded(pow(fabs(a) + r[m], exponent));
+}
+
 static CALLED void disc_atan(double *y, double a, const double *r)
 {
     const double distance = sqrt(1.0 + a * a); /* to its poles */

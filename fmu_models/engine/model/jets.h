@@ -119,6 +119,27 @@ JET Real jet_power(const Real *a, Real e, const Real *y, int k)
     return sum / (k * a[0]);
 }
 
+/*
+ * y = a^e, e > 1, where a may begin with zeros: a = s^n b, b[0] > 0, and y = s^(e n) b^e if e n is whole, as it is of
+ * halves in the root s of time. In time itself y is left out there: no step begins so (step/taylor.c). A negative a
+ * counts as zero.
+ */
+JET Real jet_lifted(const Real *a, Real e, const Real *y, int k)
+{
+    int n = 1;
+    if (PART(a[0]) > 0.0) return jet_power(a, e, y, k);
+    while (n < k && PART(a[n]) == 0.0)
+        n++;
+    const double first = PART(e) * n;
+    if (PART(a[0]) < 0.0 || k < first || first != floor(first)) return 0.0;
+    const int i = k - (int)first;
+    if (i == 0) return pow(a[n], e);
+    Real sum = 0.0;
+    for (int m = 1; m <= i; m++)
+        sum += ((e + 1.0) * m - i) * a[n + m] * y[k - m];
+    return sum / (i * a[n]);
+}
+
 /* y = exp(a) */
 JET Real jet_exp(const Real *a, const Real *y, int k) { return k == 0 ? exp(a[0]) : jet_integral(a, y, k, k); }
 

@@ -33,6 +33,7 @@
 /*
  * MODEL_NQ   coordinates                  MODEL_NV   velocities, or all states of a system without a body
  * MODEL_NZ   internal states of laws      MODEL_NI   event indicators
+ * MODEL_NE   of them, elements of arrays
  * MODEL_NC   contacts                     MODEL_NP   parameters
  * MODEL_NU   inputs, the signals behind   MODEL_NY   outputs
  * MODEL_NS   periodic signals             MODEL_NK   the most knots that one of them has
@@ -125,6 +126,9 @@ extern const unsigned char model_contact_clocks[MODEL_ROOM(MODEL_NC)]; /* the ti
 extern const unsigned char
     model_contact_poisson[MODEL_ROOM(MODEL_NC)]; /* restitution by Poisson's rule, else by Newton's */
 
+extern const short model_contact_first[MODEL_ROOM(MODEL_NC)]; /* of an array: index of the state of its first element */
+extern const short model_contact_elements[MODEL_ROOM(MODEL_NC)]; /* and how many it has; 0: it is none */
+
 /* inputs that are set from outside; signals, which the model drives itself, are behind them */
 enum { MODEL_SET_INPUTS = MODEL_NU - MODEL_NS };
 
@@ -136,6 +140,18 @@ static inline int cone_is_side(int c) { return MODEL_CONES > 0 && model_contact_
 
 /* a bound that yields: y is what is left to it of a state, which its own flow changes */
 static inline int contact_yields(int c) { return MODEL_YIELDS && !model_contact_rubs[c] && model_contact_sticks[c]; }
+
+/* an array of elements that yield: y is what is left to the next (elements.h) */
+static inline int contact_is_array(int c) { return MODEL_NE > 0 && model_contact_elements[c] > 0; }
+
+/* the array of the element whose state is x[i] */
+static inline int array_of(int i)
+{
+    int c = 0;
+    while (i >= model_contact_first[c] + model_contact_elements[c])
+        c++;
+    return c;
+}
 
 /* whether a contact carries whatever force keeps its y at rest: sticking friction, a closed rigid contact */
 static inline int contact_is_held(const signed char *state, int c)
@@ -192,3 +208,5 @@ double model_rate_magnitude(const double *p, const double *d, const Jets *j, int
 double model_lever(const double *p, const double *d, const Jets *j, int c);
 /* the part of the kinetic energy that is quadratic in the velocities, J; 0 without a body */
 double model_kinetic_energy(const Point *at);
+
+#include "elements.h"

@@ -19,10 +19,14 @@ typedef struct {
     Series u[MODEL_ROOM(MODEL_NU)];
     Series du[MODEL_ROOM(MODEL_NU)]; /* rates of the inputs */
     Series x[MODEL_ROOM(MODEL_NX)];
-    double sign[MODEL_ROOM(MODEL_NC)]; /* of the slip speed of each slipping contact, +1 or -1; else 0 */
-    Real memory[MODEL_ROOM(MODEL_NC)]; /* speed at which the contact was last entered */
-    Series a[MODEL_ROOM(MODEL_NV)];    /* rates of v without contact forces */
-    Series zrate[MODEL_ROOM(MODEL_NZ)];
+    double sign[MODEL_ROOM(MODEL_NC)];             /* of the slip speed of each slipping contact, +1 or -1; else 0 */
+    Real memory[MODEL_ROOM(MODEL_NC)];             /* speed at which the contact was last entered */
+    Series a[MODEL_ROOM(MODEL_NV)];                /* rates of v without contact forces */
+    Series zrate[MODEL_ROOM(MODEL_NZ - MODEL_NE)]; /* of internal states but the elements of arrays */
+    Series pile[MODEL_ROOM(MODEL_NC)];             /* of an array: the force of its springs (elements.h) */
+    Real moving[MODEL_ROOM(MODEL_NC)];             /* and the stiffness of those that are free */
+    int next[MODEL_ROOM(MODEL_NC)];                /* and the state of the one that yields next, -1: none is free */
+    signed char held[MODEL_ROOM(MODEL_NE)];
     Series slip[MODEL_ROOM(MODEL_NC)];
     Series slip_rate[MODEL_ROOM(MODEL_NC)];                           /* without contact forces */
     Series capacity[MODEL_ROOM(MODEL_NC)];                            /* largest force in stick */
@@ -88,11 +92,12 @@ typedef struct {
     double cycle[MODEL_ROOM(MODEL_NS)];                        /* of each signal, whole periods since its start */
     short piece[MODEL_ROOM(MODEL_NS)];                         /* and the knot behind it */
     Real x[MODEL_ROOM(MODEL_NX)];
-    signed char state[MODEL_ROOM(MODEL_NC)];        /* ContactState */
-    Real memory[MODEL_ROOM(MODEL_NC)];              /* speed at which a stop was last entered, 0: never; the largest
+    signed char state[MODEL_ROOM(MODEL_NC)]; /* ContactState */
+    signed char held[MODEL_ROOM(MODEL_NE)];  /* elements of arrays: 1 at the upper bound, -1 at the lower, 0 free */
+    Real memory[MODEL_ROOM(MODEL_NC)];       /* speed at which a stop was last entered, 0: never; the largest
                                                            speed of impact of a rigid contact since it was last closed
                                                            */
-    double settles[MODEL_ROOM(MODEL_NC)];           /* when the chatter of a rigid contact is over */
+    double settles[MODEL_ROOM(MODEL_NC)];    /* when the chatter of a rigid contact is over */
     signed char known[MODEL_ROOM(MODEL_NC)][SLOTS]; /* leading coefficients of the indicators known to be zero */
     Sticking sticking;
 } Point;

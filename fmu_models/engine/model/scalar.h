@@ -38,6 +38,7 @@
 #define jet_exp KIND(jet_exp)
 #define jet_integral KIND(jet_integral)
 #define jet_length KIND(jet_length)
+#define jet_lifted KIND(jet_lifted)
 #define jet_log KIND(jet_log)
 #define jet_power KIND(jet_power)
 #define jet_product KIND(jet_product)

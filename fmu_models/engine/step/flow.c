@@ -55,6 +55,7 @@ void flow_load(const Point *at, Jets *j, int rooted)
         if (cone_is_side(c)) j->sign[c] = 0.0;
         j->rising[c] = cone_is_whole(c) && j->sign[c] != 0.0 && at->known[c][SLOT_TANGENTIAL] > 0;
     }
+    if (MODEL_NE > 0) memcpy(j->held, at->held, sizeof j->held);
 }
 
 /* order k of the depths in the root of time; a contact just entered has none of the rounding that its position
@@ -93,8 +94,11 @@ void flow_extend(Jets *j, int n, int rooted)
         j->x[i][n] = k < 0 ? 0.0 : f * j->x[MODEL_NQ + i][k];
     for (int i = 0; i < MODEL_NV; i++)
         j->x[MODEL_NQ + i][n] = k < 0 ? 0.0 : f * contact_rate(j, i, k);
-    for (int i = 0; i < MODEL_NZ; i++)
+    for (int i = 0; i < MODEL_NZ - MODEL_NE; i++)
         j->x[MODEL_NQ + MODEL_NV + i][n] = k < 0 ? 0.0 : f * j->zrate[i][k];
+    /* of all free elements of an array the one that is next; the others follow in elements_spread */
+    for (int c = 0; MODEL_NE > 0 && c < MODEL_NC; c++)
+        if (contact_is_array(c) && j->next[c] >= 0) j->x[j->next[c]][n] = k < 0 ? 0.0 : f * j->slip[c - 1][k];
 }
 
 /* the states, and all that the search for events reads, in the root of time; to the order given */
@@ -111,6 +115,7 @@ void flow_rooted_series(Point *at, Jets *j, int order)
     }
     model_slip(at->p, at->d, j, order);
     KIND(flow_releases)(at, j, order);
+    KIND(elements_spread)(j, order);
 }
 
 /* the same in time */
@@ -129,4 +134,5 @@ void flow_finish(const Point *at, Jets *j, int order)
     if (!j->apart) model_slip(at->p, at->d, j, order);
     if (MODEL_BOUNDED) model_depth(at->p, at->d, j, order);
     KIND(flow_releases)(at, j, order);
+    KIND(elements_spread)(j, order);
 }

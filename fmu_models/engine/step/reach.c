@@ -239,7 +239,7 @@ static void require_rates(Reach *a)
         }
         require_rate(a, bound, MODEL_NQ + i, parts);
     }
-    for (int i = 0; i < MODEL_NZ; i++)
+    for (int i = 0; i < MODEL_NZ - MODEL_NE; i++)
         require_rate(a, a->b->zrate[i], MODEL_NQ + MODEL_NV + i, fabs(j->zrate[i][0]));
 }
 
@@ -316,6 +316,26 @@ static void add_curves(const double *bend, const double *t, double *u, double *d
     }
 }
 
+/* of the forces of arrays: their free elements move alike */
+static void pile_discs(Reach *a, const double *H)
+{
+    const Jets *j = a->j;
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int next = contact_is_array(c) ? j->next[c] : -1;
+        double *radius = a->b->pile[c], along[DISCS] = {0.0};
+        disc_zero(radius);
+        if (next >= 0) radii_of(j->x[next], a->order, H, radius);
+        if (next >= 0 && a->along) radii_of(a->along[next], a->order, H, along);
+        for (int m = 0; m < DISCS; m++)
+            radius[m] = fabs(j->moving[c]) * (radius[m] + along[m]);
+        for (int i = 0; a->along && i < model_contact_elements[c]; i++) {
+            const double apart = element_stiffness(a->r->at.d, c)[i] * a->along[model_contact_first[c] + i][0];
+            for (int m = 0; m < DISCS; m++)
+                radius[m] += fabs(apart);
+        }
+    }
+}
+
 /* how far a length is beyond what the discs allow: 1 if not, else the power p of that */
 static double shortage_of(Reach *a, double h)
 {
@@ -343,6 +363,7 @@ static double shortage_of(Reach *a, double h)
                 a->b->x[i][m] += fabs(a->along[i][0]);
         }
     }
+    if (MODEL_NE > 0) pile_discs(a, H);
     model_slip_disc(r->at.p, r->at.d, j, a->b);
     for (int c = 0; c < MODEL_NC; c++)
         if (cone_is_whole(c)) radii_of(j->slip[c], a->order, H, a->b->slip[c]);

@@ -73,7 +73,7 @@ static int watches_function(const Run *r, const Jets *j, int c)
  */
 static int vanishes(const Run *r, const Jets *j, int k, double power, double length)
 {
-    for (int i = 0; i < MODEL_NX; i++) {
+    for (int i = 0; i < MODEL_NX - MODEL_NE; i++) { /* elements of arrays go with their way */
         const double size = fmax(fabs(j->x[i][0]), fabs(j->x[i][1]) * length);
         if (!(fabs(j->x[i][k]) * power <= 0.01 * r->tolerances.step * size)) /* not a number does not vanish */
             return 0;
@@ -214,7 +214,7 @@ static double shorter_length(double length, const double *x, int m, int order, A
 static double state_length(const Jets *j, int order, Ask ask)
 {
     double length = INFINITY;
-    for (int i = 0; i < MODEL_NX; i++)
+    for (int i = 0; i < MODEL_NX - MODEL_NE; i++)
         length = shorter_length(length, j->x[i], 0, order, ask);
     return length;
 }
@@ -283,9 +283,21 @@ static int enters(Run *r, int c)
     return j->depth[c][0] <= 0.0 && j->slip[c][0] > 0.0;
 }
 
+/* whether the function of a switch is zero, as where it has just passed that; exactly so from then on, where others have
+   moved it by rounding */
+static int starts_at_zero(Run *r, int c)
+{
+    taylor_load(r, &r->scratch);
+    model_slip(r->at.p, r->at.d, &r->scratch, 0);
+    if (r->scratch.sign[c] * r->scratch.slip[c][0] > 0.0) return 0;
+    model_reset(r->at.p, r->at.d, &r->scratch, c, r->at.x);
+    return 1;
+}
+
 int taylor_starts_rooted(Run *r)
 {
     for (int c = 0; c < MODEL_NC; c++) {
+        if (model_contact_rooted[c] && model_contact_tangential[c] && starts_at_zero(r, c)) return 1;
         if (!model_contact_rooted[c] || r->at.state[c] != CONTACT_TOUCHING) continue;
         if (r->at.known[c][SLOT_NORMAL] == 0 && enters(r, c)) r->at.known[c][SLOT_NORMAL] = 1;
         if (r->at.known[c][SLOT_NORMAL] > 0) return 1;

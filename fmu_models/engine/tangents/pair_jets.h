@@ -160,6 +160,26 @@ PAIR_JET Pair pair_power(const double *a, const Pair *A, double e, Pair E, const
     return (sum + by_exponent * E) / (k * a[0]);
 }
 
+/* y = a^e, e > 1, where a may begin with zeros, which the series of the motion shows to beyond k: Y = e a^(e - 1) A */
+PAIR_JET Pair pair_lifted(const double *a, const Pair *A, double e, const double *y, const Pair *Y, int k)
+{
+    Pair sum = PAIR_ZERO;
+    double q[MODEL_TERMS + 1];
+    int n = 1;
+    if (a[0] > 0.0) return pair_power(a, A, e, PAIR_ZERO, y, Y, k);
+    while (n < MODEL_MAX_ORDER && a[n] == 0.0)
+        n++;
+    const double first = (e - 1.0) * n;
+    if (a[0] < 0.0 || k < first || first != floor(first)) return PAIR_ZERO;
+    for (int i = 0; i <= k - (int)first && n + i <= MODEL_MAX_ORDER; i++) {
+        q[i] = i == 0 ? pow(a[n], e - 1.0) : 0.0;
+        for (int m = 1; m <= i; m++)
+            q[i] += (e * m - i) * a[n + m] * q[i - m] / (i * a[n]);
+        sum += e * q[i] * A[k - (int)first - i];
+    }
+    return sum;
+}
+
 /* y = log(a): a Y = A */
 PAIR_JET Pair pair_log(const double *a, const Pair *A, const Pair *Y, int k)
 {

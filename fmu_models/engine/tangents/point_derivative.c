@@ -31,6 +31,7 @@ void point_derivative(const Run *r, const Direction *along, void *room, double *
     move(at->memory, r->at.memory, along->memory, MODEL_NC);
     at->time_rest = r->at.time_rest;
     memcpy(at->state, r->at.state, sizeof at->state);
+    memcpy(at->held, r->at.held, sizeof at->held);
     memcpy(at->settles, r->at.settles, sizeof at->settles);
     memcpy(at->known, r->at.known, sizeof at->known);
     memcpy(at->cycle, r->at.cycle, sizeof at->cycle);
@@ -46,7 +47,7 @@ void point_derivative(const Run *r, const Direction *along, void *room, double *
     for (int i = 0; i < MODEL_NV; i++)
         dx[MODEL_NQ + i] = cimag(contact_rate(j, i, 0)) / EPS;
     for (int i = 0; i < MODEL_NZ; i++)
-        dx[MODEL_NQ + MODEL_NV + i] = cimag(j->zrate[i][0]) / EPS;
+        dx[MODEL_NQ + MODEL_NV + i] = cimag(KIND(internal_rate)(j, i, 0)) / EPS;
     for (int i = 0; i < MODEL_NY; i++)
         dy[i] = cimag(j->y[i][0]) / EPS;
 }

@@ -214,6 +214,7 @@ static void move_by(Tangent *t, Real since)
     flow_load(&t->at, &t->jets, 0);
     flow_field(&t->at, &t->jets, 0, 0);
     flow_extend(&t->jets, 1, 0);
+    KIND(elements_spread)(&t->jets, 1);
     for (int i = 0; i < MODEL_NX; i++)
         t->at.x[i] += t->jets.x[i][1] * since;
     for (int i = 0; i < MODEL_NU; i++)

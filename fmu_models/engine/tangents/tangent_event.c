@@ -31,6 +31,7 @@ void tangent_rejoin(const Run *r, Tangent *t)
     t->at.time = joined(r->at.time, t->at.time);
     t->at.time_rest = r->at.time_rest;
     memcpy(t->at.state, r->at.state, sizeof t->at.state);
+    memcpy(t->at.held, r->at.held, sizeof t->at.held);
     memcpy(t->at.settles, r->at.settles, sizeof t->at.settles);
     memcpy(t->at.known, r->at.known, sizeof t->at.known);
 }
@@ -65,7 +66,10 @@ void tangent_repeat_event(const Run *r, Tangent *t)
     model_slip(t->at.p, t->at.d, j, 0);
     for (int c = 0; c < MODEL_NC; c++) {
         if (r->entered[c]) t->at.memory[c] = creal(j->slip[c][0]) < 0.0 ? -j->slip[c][0] : j->slip[c][0];
-        if (r->jumped[c]) model_reset(t->at.p, t->at.d, j, c, t->at.x);
+        if (r->jumped[c] && contact_is_array(c))
+            KIND(elements_hold)(t->at.d, c, r->at.held, t->at.x);
+        else if (r->jumped[c])
+            model_reset(t->at.p, t->at.d, j, c, t->at.x);
         any |= r->projected[c];
     }
     repeat_impact(r, t);

@@ -9,6 +9,8 @@
 #include <stdint.h>
 
 #include "../model/model_kind.h"
+
+#include "../model/elements.h"
 #include "../model/signals.h"
 #include "../step/cone_end.h"
 #include "../step/contact_forces.h"

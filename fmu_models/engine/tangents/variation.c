@@ -20,6 +20,27 @@
 
 #include "../step/contact_forces.h"
 
+/* order k of pile and y of array c */
+static CALLED void elements_variation(const double *d, const Jets *j, Variation *l, int c, int k)
+{
+    const int first = model_contact_first[c], next = j->next[c];
+    const double *stiffness = element_stiffness(d, c);
+    const Pair *D = l->d + (element_bound(d, c) - d), *K = D - MODEL_NE;
+    const double side = j->sign[c - 1];
+    l->pile[c][k] = l->slip[c][k] = PAIR_ZERO;
+    if (k == 0) l->moving[c] = PAIR_ZERO;
+    for (int i = 0; k == 0 && i < model_contact_elements[c]; i++) {
+        l->pile[c][0] += stiffness[i] * l->x[first + i][0] + K[i] * j->x[first + i][0];
+        if (!element_is_held(j, c, first + i)) l->moving[c] += K[i];
+    }
+    if (next < 0) return;
+    l->slip[c][k] = -side * l->x[next][k];
+    if (k == 0)
+        l->slip[c][0] += D[next - first];
+    else
+        l->pile[c][k] = j->moving[c] * l->x[next][k] + l->moving[c] * j->x[next][k];
+}
+
 #include "../model_variation.c"
 
 /* order k of the variation of the product of two series, from the order `first` of b on */
@@ -125,8 +146,9 @@ static void variation_forces(const Run *r, const Jets *j, Variation *l, int k)
 static Pair variation_rate(const Run *r, const Jets *j, const Variation *l, int i, int k)
 {
     if (i < MODEL_NQ) return l->x[MODEL_NQ + i][k];
-    const int v = i - MODEL_NQ;
-    if (v >= MODEL_NV) return l->zrate[v - MODEL_NV][k];
+    const int v = i - MODEL_NQ, n = v - MODEL_NV;
+    if (n >= MODEL_NZ - MODEL_NE) return element_is_held(j, array_of(i), i) ? PAIR_ZERO : l->slip[array_of(i) - 1][k];
+    if (n >= 0) return l->zrate[n][k];
     Pair sum = l->a[v][k];
     for (int n = model_acting_first[v]; (!MODEL_BOUNDED || l->pushed) && n < model_acting_first[v + 1]; n++) {
         const int c = model_acting[n];
@@ -243,7 +265,7 @@ static double motion_rate(const Jets *j, int i, int k)
 {
     return i < MODEL_NQ              ? j->x[MODEL_NQ + i][k]
            : i - MODEL_NQ < MODEL_NV ? contact_rate(j, i - MODEL_NQ, k)
-                                     : j->zrate[i - MODEL_NQ - MODEL_NV][k];
+                                     : internal_rate(j, i - MODEL_NQ - MODEL_NV, k);
 }
 
 double variation_ending(Run *r, int order, double (*rate)[MODEL_TERMS + 1])

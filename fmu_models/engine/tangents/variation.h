@@ -21,7 +21,9 @@ typedef struct {
     PairSeries du[MODEL_ROOM(MODEL_NU)];
     PairSeries x[MODEL_ROOM(MODEL_NX)];
     PairSeries a[MODEL_ROOM(MODEL_NV)];
-    PairSeries zrate[MODEL_ROOM(MODEL_NZ)];
+    PairSeries zrate[MODEL_ROOM(MODEL_NZ - MODEL_NE)];
+    PairSeries pile[MODEL_ROOM(MODEL_NC)];
+    Pair moving[MODEL_ROOM(MODEL_NC)];
     PairSeries slip[MODEL_ROOM(MODEL_NC)];
     PairSeries slip_rate[MODEL_ROOM(MODEL_NC)];
     PairSeries capacity[MODEL_ROOM(MODEL_NC)];

@@ -46,6 +46,6 @@ class BoucWenBaberNoori(BoucWen):
         severity = self.zeta_s * (1 - sympy.exp(-self.p * energy))
         width = (self.psi + self.delta_psi * energy) * (self.xi + severity)
         (ultimate,) = self.full
-        ultimate = ultimate * nu ** (-sympy.Rational(1, self.n))
+        ultimate = ultimate * nu ** (-1 / self._exponent)
         narrowed = 1 - severity * sympy.exp(-(((x * signs["speed"] - self.q * ultimate) / width) ** 2))
         return narrowed * (speed - nu * self.giving_way(speed, x, signs)) / eta, x * speed

@@ -9,6 +9,8 @@ x way, lambda force along it, which acts on the body with (dx/dq)^T lambda. It i
     a bound, on either side    y = D - z or D + z, y' = -+ z': a switch that slides. Beyond it the flow leads back at
                        unit rate, lambda_y = 1 + outflow, inside lambda_y = 0; sliding along y = 0 is to yield
 
+    many sliders       an array: the sign of their way, and one switch, what is left to the next that yields
+
 so that a way that turns ends the yielding, and nothing else of the engine knows of it.
 """
 
@@ -20,22 +22,27 @@ from typing import Any, ClassVar, NamedTuple
 import sympy
 
 from fmu_models.language.contact_checks import check_place
-from fmu_models.language.contact_dynamics import ContactDynamics, Rates
+from fmu_models.language.contact_dynamics import ContactDynamics, Element, Rates
 from fmu_models.language.contact_kinds import SWITCH, YIELD, ContactKind
 from fmu_models.language.contacts import FORCE_UNITS, Contact, Law, Requirement, create_symbols
 from fmu_models.language.dimensions import Dimensions, way_unit
 from fmu_models.language.hysteresis.law import Expr, HysteresisLaw, OfSlip
 from fmu_models.language.quantities import TIME, ContactSymbol, Coordinate, Input, InternalState, per_second
 
+# sliders that have switches of their own: so few have tables for lanes
+_FEW = 2
+
 
 class _Row(NamedTuple):
-    """A sign (outflow None) or a bound; ``symbols``: its force, value and sign; ``carries``: what its force moves."""
+    """A sign (outflow None), a bound or an array of ``elements``; ``symbols``: its force, value and sign; ``carries``:
+    what its force moves."""
 
     name: str
     function: Expr
     outflow: Expr | None
     symbols: tuple[ContactSymbol, ContactSymbol, ContactSymbol]
     carries: Mapping[InternalState, Expr] = {}
+    elements: tuple[Element, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -53,7 +60,6 @@ class Hysteresis(Contact):
     """
 
     kind: ClassVar[ContactKind] = YIELD
-    driven: ClassVar[bool] = True
     exchangeable: ClassVar[bool] = True
 
     name: str
@@ -63,22 +69,29 @@ class Hysteresis(Contact):
     damping: Expr = sympy.S.Zero
     description: str = ""
     force: ContactSymbol = field(init=False)
+    pile: ContactSymbol = field(init=False, repr=False)
     held: tuple[InternalState, ...] = field(init=False)
     rows: tuple[_Row, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         unit = way_unit(self.way)
-        create_symbols(self, force=FORCE_UNITS[unit])
+        create_symbols(self, force=FORCE_UNITS[unit], pile=FORCE_UNITS[unit])
         object.__setattr__(self, "held", self.memory.states(self.name, unit))
         object.__setattr__(self, "rows", tuple(self._signs_and_bounds(unit)))
 
     def _signs_and_bounds(self, unit: str) -> Iterator[_Row]:
-        switches = self.memory.switches(self.speed, self.states)
+        elements = self.memory.elements if len(self.states) > _FEW else ()
+        switches = {"speed": self.speed} if elements else self.memory.switches(self.speed, self.states)
         units = {"speed": per_second(unit)}
         signs = {name: self._symbols(f"{name}_side", units.get(name, unit)) for name in switches}
         for name, function in switches.items():
             yield _Row(f"{self.name}_{name}_side", function, None, signs[name])
         sides = {name: s[2] for name, s in signs.items()}
+        if elements:
+            symbols = self._symbols("next", unit)
+            array = (Element(z, *element) for z, element in zip(self.states, elements, strict=True))
+            yield _Row(f"{self.name}_next", symbols[1], None, symbols, elements=tuple(array))
+            return
         flows = self.memory.rates(self.speed, self.states, sides)
         for i, bound in self.memory.bounds().items():
             number = str(i + 1) if len(self.memory.bounds()) > 1 else ""
@@ -102,6 +115,14 @@ class Hysteresis(Contact):
         """The law; one of friction along the way."""
         return self.law.lowered if isinstance(self.law, HysteresisLaw) else OfSlip(self.law)
 
+    @property
+    def array(self) -> tuple[Element, ...]:
+        return self.rows[-1].elements if self.rows else ()
+
+    @property
+    def driven(self) -> bool:
+        return not self.array
+
     @cached_property
     def speed(self) -> Expr:
         """x', from velocities and rates of inputs."""
@@ -122,9 +143,13 @@ class Hysteresis(Contact):
         return {name: row.symbols[2] for name, row in rows}
 
     @property
+    def _law(self) -> Expr:
+        return self.memory.force(self.way, self.speed, self.states, self.signs)
+
+    @property
     def resistance(self) -> Expr:
         """What resists the way."""
-        law = self.memory.force(self.way, self.speed, self.states, self.signs)
+        law = self.pile if self.array else self._law
         return self.load * (law + self.damping * self.speed)
 
     @property
@@ -143,24 +168,28 @@ class Hysteresis(Contact):
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Those of the law, and bounds that leave room."""
-        bounds = (
+        return (*self.law.requirements, *self._room)
+
+    @cached_property
+    def _room(self) -> tuple[Requirement, ...]:
+        return tuple(
             Requirement(sympy.sympify(bound), f"{bound} must be positive: contact '{self.name}' yields there", True)
             for bound in self.memory.bounds().values()
             if sympy.sympify(bound).free_symbols
         )
-        return (*self.law.requirements, *bounds)
 
     @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
         rows = (row.function for row in self.rows)
         carried = (rate for row in self.rows for rate in row.carries.values())
-        return tuple(map(sympy.sympify, (self.way, self.resistance, *self.rates, *rows, *carried)))
+        law = (self._law, *self.memory.bounds().values()) if self.array else ()
+        return tuple(map(sympy.sympify, (self.way, self.resistance, *law, *self.rates, *rows, *carried)))
 
     @property
     def symbols(self) -> set[sympy.Basic]:
         """Quantities that it uses, rates of inputs left out, which enter by themselves."""
         rates = {s.rate for s in sympy.sympify(self.way).free_symbols if isinstance(s, Input)}
-        return super().symbols - {*self.signs.values()} - rates
+        return super().symbols - {*self.signs.values(), self.pile, *(row.symbols[1] for row in self.rows)} - rates
 
     @property
     def directions(self) -> int:
@@ -182,12 +211,19 @@ class Hysteresis(Contact):
     def check_units(self, units: Dimensions) -> None:
         way = units.expect(f"the way of contact '{self.name}'", self.way, None)
         speed = units.expect(f"the way of contact '{self.name}'", self.speed, None)
+        units.known[self.pile] = units.expect(f"the law of contact '{self.name}'", self._law, None)
         force = units.expect(f"the law of contact '{self.name}'", self.resistance, None)
         if force is not None and speed is not None:
             units.match(f"the force of contact '{self.name}' times its speed", units.times(force, speed), "W")
         units.known[self.force] = force
         self._check_rates(units)
+        for element in self.array:
+            bound = units.expect(f"'{self.name}_next'", element.bound, None)
+            if way is not None:
+                units.compare(f"a bound of contact '{self.name}'", bound, way)
         for row in self.rows:
+            if row.elements:
+                continue
             dimension = units.expect(f"'{row.name}'", row.function, None)
             if row.outflow is not None and way is not None:
                 units.compare(f"a bound of contact '{self.name}'", dimension, way)
@@ -201,7 +237,21 @@ class Hysteresis(Contact):
         force, value, sign = row.symbols
         about: dict[str, Any] = {"force_symbol": force, "slip_symbol": value, "sign_symbol": sign, "name": row.name}
         about["description"] = f"{self.description or self.name}: {row.name}"
+        if row.elements:
+            about |= {"elements": row.elements, "pile_symbol": self.pile, "sticks": False, "kind": YIELD}
+            side = self.rows[0].symbols[2]
+            return ContactDynamics(
+                slip=value,
+                slip_rate=sympy.S.Zero,
+                slip_terms=(value,),
+                reset={element.state: side * element.bound for element in row.elements},
+                reset_sides=1,
+                **about,
+            )
         if row.outflow is None:
+            if row.name in (f"{self.name}_{name}_side" for name in self.memory.rooted):
+                # zero exactly where it passes zero: its series in the root of time begins there
+                about |= {"rooted": True, "reset": {row.function: sympy.S.Zero}, "reset_sides": 3}
             return self._direction(rates, row.function, kind=SWITCH, sticks=False, **about)
         back = 1 + row.outflow
         about |= {"capacity": back, "capacity_minus": sympy.S.Zero, "force": (1 - sign) / 2 * back}

@@ -12,6 +12,7 @@ Source: Segalman, A four-parameter Iwan model for lap-type joints, Journal of Ap
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import sympy
 
@@ -33,6 +34,10 @@ class Iwan4(Sliders):
     @property
     def elements(self) -> tuple[tuple[Expr, Expr], ...]:
         """A slider a cell, and that which lets go last."""
+        return self._cells
+
+    @cached_property
+    def _cells(self) -> tuple[tuple[Expr, Expr], ...]:
         share = self.beta + (self.chi + 1) / (self.chi + 2)
         last = self.F_S * (1 + self.beta) / (self.K_T * share)
         cells = self.sliders - 1

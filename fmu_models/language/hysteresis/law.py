@@ -46,6 +46,16 @@ class HysteresisLaw(ABC):
         """D_i by the number of the state, of those that have a bound."""
         return {}
 
+    @property
+    def rooted(self) -> tuple[str, ...]:
+        """Names of switches that are a state, of which it reads half-integer powers above 1, as (sign z)^(3/2)."""
+        return ()
+
+    @property
+    def elements(self) -> tuple[tuple[Expr, Expr], ...]:
+        """Stiffness and bound of each slider, of a law that is a sum of sliders."""
+        return ()
+
     def carried(self, z: Sequence[Expr], signs: Mapping[str, Expr], bound: int, outward: int) -> dict[int, Expr]:
         """Rates of further states by their number, per unit of speed at which a state is held at its ``bound``;
         ``outward``: +1 at the upper, -1 at the lower end."""

@@ -69,6 +69,10 @@ class Play(HysteresisLaw):
         """Those of the law but for the speed, whose sign each end of the play knows."""
         return {name: at for name, at in self.law.switches(speed, z[1:]).items() if name != "speed"}
 
+    @property
+    def rooted(self) -> tuple[str, ...]:
+        return self.law.rooted
+
     def bounds(self) -> dict[int, Expr]:
         return {0: self.w}
 

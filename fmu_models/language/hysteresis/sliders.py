@@ -70,5 +70,5 @@ class MaxwellSlip(Sliders):
 
 def size(bound: Expr) -> float:
     """A bound in numbers, by the values of its parameters; 1 where that is none."""
-    values = {s: getattr(s, "value", 1.0) for s in sympy.sympify(bound).free_symbols}
-    return abs(float(sympy.sympify(bound).subs(values))) or 1.0
+    values = {s: sympy.Float(getattr(s, "value", 1.0)) for s in sympy.sympify(bound).free_symbols}
+    return abs(float(sympy.sympify(bound).xreplace(values))) or 1.0

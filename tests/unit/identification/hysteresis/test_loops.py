@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,18 @@ def test_a_force_the_other_way_round_is_turned_and_exchanged_columns_are_refused
     assert any("its sign was turned" in note for note in turned.notes)
     with pytest.raises(StickslipError, match="their columns are swapped"):
         read_loop(written(tmp_path / "swapped.csv", {"x": force, "force": way}))
+    both = read_loop(written(tmp_path / "both.csv", {"x": force, "force": -way}))
+    assert any("Are the columns swapped" in note for note in both.notes)
+
+
+def test_a_load_that_is_none_is_said_and_left_out(tmp_path, loop) -> None:
+    way, force = loop
+    pulled = {"x": way, "force": force, "normal": np.sin(np.arange(len(way)))}
+    assert any("changes its sign" in note for note in read_loop(written(tmp_path / "pulled.csv", pulled)).notes)
+    none = written(tmp_path / "none.csv", {**pulled, "normal": np.zeros(len(way))})
+    with pytest.raises(StickslipError, match="--column load="):
+        read_loop(none)
+    assert read_loop(none, columns={"load": ""}).load is None
 
 
 @pytest.mark.parametrize(
@@ -223,6 +236,31 @@ def test_a_column_of_concrete_is_pinched() -> None:
     assert fit.best.worst < 0.105
 
 
+@pytest.mark.parametrize("lag", [0.0, 0.05])
+def test_a_voltage_whose_lag_nobody_says_is_followed(tmp_path, lag: float) -> None:
+    """A square wave of voltage; what follows it is stepped in parts of each sample, by RK4's like of order one."""
+    way, time = 0.3 * growing(4000, 24), np.arange(4000) * 0.005
+    voltage = 2.0 * (np.sin(3.1 * time) > 0.2) + 0.5
+    followed = [voltage[0]]
+    for before, after in pairwise(voltage):
+        u = followed[-1]
+        for part in np.arange(0.5, 200) / 200:
+            u += (before + part * (after - before) - u) * 0.005 / 200 / lag if lag else 0.0
+        followed.append(u if lag else after)
+    force = of_sliders(way, [3.0, 1.0], [0.03, 0.1]) * (0.4 + np.array(followed))
+    force += 1e-3 * np.random.default_rng(2).normal(size=len(force))
+    columns = {"time": time, "x": way, "f": force, "Voltage [V]": voltage}
+    fit = identify_hysteresis(written(tmp_path / "damper.csv", columns), laws=[], factors=["Voltage"], rate=False)
+    assert fit.left["damper.csv"] < 0.04
+    assert fit.lag == pytest.approx(lag, rel=0.05, abs=0.005)
+    assert any("with a lag of" in note for note in fit.notes)
+    plain = identify_hysteresis(tmp_path / "damper.csv", laws=[], rate=False)
+    assert plain.left["damper.csv"] > 0.2
+    assert not any("backlash" in note for note in fit.notes)
+    with pytest.raises(StickslipError, match="has no column 'current'"):
+        identify_hysteresis(tmp_path / "damper.csv", laws=[], factors=["current"])
+
+
 def test_dampers_of_several_currents_are_told_together() -> None:
     """10 % of all of them asked in sample."""
     names = ["10mm1Hz0x5A", "10mm1Hz1A", "25mm0x25Hz0A", "25mm0x25Hz0x5A", "25mm0x25Hz1A", "25mm0x5Hz1A", "5mm3Hz1A"]
@@ -288,3 +326,16 @@ def test_loops_that_do_not_close_are_said(loop) -> None:
     for seed in range(4):
         notes = identify_hysteresis(noisy(way, force, seed, of_force=0.02), laws=[]).notes
         assert not any("close" in note for note in notes)
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.4])
+def test_loops_that_lose_their_height_are_said(loop, lost: float) -> None:
+    """At one amplitude; and not where amplitudes alone differ, as those of a hardening spring do."""
+    way = np.sin(np.linspace(0.0, 24 * np.pi, 2400))
+    force = of_dahl(way, 12.0, 0.8) * np.linspace(1.0, 1.0 - lost, len(way))
+    notes = identify_hysteresis(noisy(way, force, 3, of_force=0.01), laws=[]).notes
+    assert any("weakens by 3" in note or "weakens by 4" in note for note in notes) == bool(lost)
+    hard, _ = loop
+    notes = identify_hysteresis(noisy(hard, hard + 3 * hard**3, 3, of_force=0.01), laws=[]).notes
+    assert not any("damage does" in note for note in notes)
+    assert any("depends on more than its way" in note for note in notes)

@@ -44,7 +44,7 @@ class Machine(ABC):
         be read or is not one of this machine."""
 
     def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
-        """The fit with friction laws: those that the machine's recipe asks for, else these.
+        """The fit with friction laws: these, else those that the machine's recipe asks for.
 
         Errors as for `with_laws`.
         """
@@ -82,7 +82,7 @@ class RecipeMachine(Machine):
 
     def compared(self, fit: MachineFit, logs: Sequence[MachineLog], laws: Sequence[str] = ()) -> MachineFit:
         """As in `Machine`, and with instruments beside the recipe's own filters."""
-        names, model = self.model.laws or laws, self.model
+        names, model = laws or self.model.laws, self.model
         judged = replace(fit, verdicts=(*fit.verdicts, *self._beside_instruments(fit, logs)))
         return with_laws(self.mechanism, judged, logs, names, normal_force=model.normal_force, sign=model.sign)
 

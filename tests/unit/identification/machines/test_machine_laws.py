@@ -75,3 +75,9 @@ def test_the_command_compares_laws_of_a_machine():
     }
     shown = CliRunner().invoke(app, ["inverse", *asked]).stdout
     assert "q1: Friction laws" in shown and "q2: Friction laws" in shown
+
+
+def test_laws_that_are_asked_for_come_before_those_of_a_recipe():
+    asked = ["inverse", "axis", str(DATA / "axis.csv"), "--laws", "Coulomb,Coulomb+viscous", "--json"]
+    (laws,) = json.loads(CliRunner().invoke(app, asked).stdout)["laws"].values()
+    assert {score["law"] for score in laws["scores"]} == {"Coulomb", "Coulomb+viscous"}

@@ -111,7 +111,7 @@ def packed(system: System) -> tuple[bytes, list[Fmu]]:
 
     class Pickler(cloudpickle.Pickler):
         def persistent_id(self, obj: object) -> str | None:
-            if type(obj) is not Fmu:
+            if not isinstance(obj, Fmu):
                 return None
             fmus.append(obj)
             return obj.sha256

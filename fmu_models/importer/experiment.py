@@ -157,10 +157,10 @@ def perform_with_error(
 
 
 def _run(fmu: Fmu, experiment: FmuExperiment, progress: Callable[[float], None] | None = None) -> Trajectory:
-    from fmu_models.importer.simulate import simulate_any
-
     if experiment.is_native(fmu):
         return simulate(**_arguments(fmu, experiment), sides=experiment.sides, progress=progress)
+    from fmu_models.importer.simulate import simulate_any  # the master, which our own FMUs run without
+
     return simulate_any(
         **_arguments(fmu, experiment),
         method=experiment.method or "auto",

@@ -21,15 +21,18 @@ LOOP, TIMED_LOOP = "loop", "loop over time"  # what columns are for, beside deca
 def loop_log(log: LoopLog, rate: bool, states: Sequence[str]) -> ModelLog:
     """The log of a model of loops with ``states`` of its law, whose start nobody knows where it is not at rest.
 
-    The way is followed between its reversals and `MOST` samples. Where nothing depends on the ``rate``, a second is
-    what the way goes between samples on average: the way is straight from turn to turn, and a run holds few pieces.
+    The way is followed between its reversals and `MOST` samples. Where nothing but it moves and nothing depends on the
+    ``rate``, a second is what it goes between samples on average: it is straight from turn to turn, and a run holds few
+    pieces. Else samples are a second apart where nobody says when they were, and a way that stands, which has no sense,
+    is drawn from where it came to to where it goes on.
     """
     stride = max(len(log.way) // MOST, 1)
     begun = tuple(states) if log.turned or not log.known else ()
     knots = np.union1d(np.arange(0, len(log.way), stride), log.reversals)
-    if rate and log.time is not None:
+    if log.load is not None or (rate and log.time is not None):
         moving = knots[np.concatenate([[True], np.diff(log.way[knots]) != 0])]
-        time = log.time[: moving[-1] + 1] - log.time[0]
+        time = np.arange(len(log.way), dtype=float) if log.time is None else log.time - log.time[0]
+        time = time[: moving[-1] + 1]
         log = log.part(0, int(moving[-1]) + 1)
         inputs = {WAY: Signal(time[moving], log.way[moving])}
         if log.load is not None:
@@ -39,8 +42,6 @@ def loop_log(log: LoopLog, rate: bool, states: Sequence[str]) -> ModelLog:
     steps = np.abs(np.diff(path.way)) + STILL * path.range
     time = np.concatenate([[0.0], np.cumsum(steps / steps.mean())])
     inputs = {WAY: Signal(time[path.turns], path.way[path.turns])}
-    if log.load is not None:
-        inputs[LOAD] = Signal(time, log.load[knots])
     return ModelLog(log.name, time, {FORCE: path.force}, inputs, over=WAY, begun=begun)
 
 

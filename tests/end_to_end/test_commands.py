@@ -17,6 +17,7 @@ import pytest
 import typer
 
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.report import model_sheet
 from fmu_models.simulation.run import simulate
 from identification.commands import application
 from rig_io.logs.log import RigLog
@@ -99,6 +100,19 @@ def test_models_and_show(stickslip):
     assert [contact["name"] for contact in shown["contacts"]] == ["disc0"]
     assert {"J", "mu_s0"} <= {row["name"] for row in shown["parameters"]}
     assert "N0*mu_s0" in stickslip("show", "disc_rig").out
+
+
+def test_a_sheet_is_derived_once(stickslip, monkeypatch, tmp_path):
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
+    whole, part = (("show", "bouncing_ball", *contacts, "--json") for contacts in ((), ("--contacts", "none")))
+    derived = stickslip(*whole).out
+    assert stickslip(*part).out != derived
+    with monkeypatch.context() as patch:
+        patch.delattr(model_sheet, "sheet")
+        assert stickslip(*whole).out == derived
+    for kept in (tmp_path / "cache").rglob("sheet.json"):
+        kept.write_text("{}")
+    assert stickslip(*whole).out == derived
 
 
 def test_maps_and_map(stickslip):

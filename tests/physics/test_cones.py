@@ -221,6 +221,30 @@ def test_a_block_on_a_turntable_slips_where_the_table_is_too_fast() -> None:
     np.testing.assert_allclose(run.event_derivative[0], expected, rtol=1e-9)
 
 
+def test_a_block_on_a_belt_comes_to_slip_along_it_alone() -> None:
+    """What moves across the belt dies out, to nothing in the end; that costs no steps, and the motion is that of one
+    slip speed, event by event."""
+    k, belt = Parameter("k", 50.0, "N/m", "stiffness", positive=True), Parameter("vb", 0.2, "m/s", "speed of the belt")
+    law = Conti(N, FRICTION * 2, FRICTION, Parameter("p", 1.0, "s/m", "slope"))
+
+    def motion(name: str, contact: Any, across: float) -> Any:
+        spring = {X: -k * X, Y: -k * Y}
+        start = {"x": 0.1, "vx": 0.2, "y": across}
+        return simulate(
+            opened(body(name, [contact], spring)), 30.0, start=start, output_times=np.linspace(0.0, 30.0, 7)
+        )
+
+    one = motion("belt_along", Friction(name="rub", slip=X.v - belt, law=law), 0.0)
+    straight = motion("belt", cone(law, (X.v - belt, Y.v)), 0.0)
+    np.testing.assert_allclose([e.time for e in straight.events], [e.time for e in one.events], rtol=1e-12)
+    np.testing.assert_allclose(straight["x"], one["x"], rtol=0, atol=1e-11)
+    turned = motion("belt", cone(law, (X.v - belt, Y.v)), 1e-3)
+    assert abs(turned["y"][-1]) < 1e-40 and turned.steps < 100 * len(turned.events)
+    np.testing.assert_allclose(
+        np.diff([e.time for e in turned.events])[-6:], np.diff([e.time for e in one.events])[-6:]
+    )
+
+
 def test_unlike_inertia_along_and_across_keeps_the_balance_and_its_derivatives() -> None:
     """The slip of a body that is heavier across: its time of rest is no closed form."""
     extra = Parameter("m2", 1.1, "kg", "mass across", positive=True)

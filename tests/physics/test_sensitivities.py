@@ -13,6 +13,7 @@ import sympy
 from colliding import opened
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from lazy_fmu import LazyFmu
 from numpy.typing import ArrayLike
 from steady_cycle import disc_rig
 
@@ -31,7 +32,7 @@ from fmu_models.simulation.signal import Signal
 pytestmark = pytest.mark.digits
 
 RIG = {"J": 0.0548, "k": 2.62, "c": 0.055, "R": 0.125, "r": 0.06, "N0": 4.905}
-RIG_ON_ONE = disc_rig(("disc0",))
+RIG_ON_ONE = LazyFmu("disc_rig", contacts=("disc0",))
 TINY = 1e-40
 
 

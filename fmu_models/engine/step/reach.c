@@ -140,9 +140,16 @@ static void law_discs(Reach *a)
         else if (contact_has_law(r->at.state, c) && !cone_is_side(c))
             model_law_disc(r->at.p, r->at.d, a->j, a->b, c);
     }
-    for (int c = 0; c < MODEL_NC; c++)
-        for (int s = c + 1; cone_is_whole(c) && contact_has_law(r->at.state, c) && s <= c + 2; s++)
-            disc_multiple(a->b->force[s], 1.0, a->b->force[c]);
+    double H[DISCS], turned[DISCS];
+    for (int m = 0; m < DISCS; m++)
+        H[m] = a->h * a->gain[m];
+    for (int s = 0; s < MODEL_NC; s++) {
+        if (!cone_is_side(s) || !contact_has_law(r->at.state, s)) continue;
+        const double *unit = a->j->unit[s], *force = a->b->force[s + 1 - model_contact_cone[s]];
+        radii_of(unit, a->order - 1, H, turned);
+        for (int m = 0; m < DISCS; m++)
+            a->b->force[s][m] = disc_bounded(force[m] * disc_bounded(fabs(unit[0]) + turned[m]));
+    }
 }
 
 /* what row c of the held contacts must stand up to; G itself moves where inertia does */

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 import signal
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,8 +26,12 @@ from fmu_models.simulation.sections import Section
 
 distributed = pytest.importorskip("distributed")
 
-SYSTEM = Strobe(SUPPORT, forcing="omega", parameters=CHAOS)
 JOBS = Jobs(np.array([[0.1, 0.2], [1.0, -0.5]]), rows=3)
+
+
+@cache
+def system() -> Strobe:
+    return Strobe(SUPPORT, forcing="omega", parameters=CHAOS)
 
 
 @pytest.mark.filterwarnings("default")  # those of distributed about workers that are lost
@@ -54,12 +59,12 @@ def test_two_workers_of_which_one_is_killed_write_the_same_store(tmp_path, monke
 
 
 def test_what_travels_is_checked_and_runs_as_here():
-    there = run_part(version(), packed(SYSTEM)[0], JOBS, SUPPORT.path.read_bytes())
-    assert np.array_equal(there.points, SYSTEM.run(JOBS, np.zeros(1, np.int32)).points)
+    there = run_part(version(), packed(system())[0], JOBS, SUPPORT.path.read_bytes())
+    assert np.array_equal(there.points, system().run(JOBS, np.zeros(1, np.int32)).points)
     with pytest.raises(StickslipError, match="did not arrive whole"):
-        run_part(version(), packed(SYSTEM.at(ks=200.0))[0], JOBS)
+        run_part(version(), packed(system().at(ks=200.0))[0], JOBS)
     with pytest.raises(StickslipError, match=r"has stickslip .*, not 0\.0"):
-        run_part("0.0", packed(SYSTEM)[0], JOBS)
+        run_part("0.0", packed(system())[0], JOBS)
     jobs = Jobs(np.array([[0.3]]), rows=4)
     assert np.array_equal(
         run_part(version(), packed(LOGISTIC)[0], jobs).points, LOGISTIC.run(jobs, np.zeros(1, np.int32)).points
@@ -69,10 +74,10 @@ def test_what_travels_is_checked_and_runs_as_here():
 def test_systems_can_be_pickled():
     back = ReturnMap(SUPPORT, "v", section=Section("x", 0.0, 1), cap=50.0, start={"x": 0.0})
     assert pickle.loads(pickle.dumps(back))(1.0) == back(1.0)
-    assert np.array_equal(pickle.loads(pickle.dumps(SYSTEM)).make(JOBS).points, SYSTEM.make(JOBS).points)
+    assert np.array_equal(pickle.loads(pickle.dumps(system())).make(JOBS).points, system().make(JOBS).points)
 
 
 def test_where_nobody_answers_that_is_said(monkeypatch):
     monkeypatch.setattr(cluster, "WAIT", 0.3)
     with pytest.raises(StickslipError, match=r"No scheduler answers at 'tcp://127\.0\.0\.1:9'"):
-        chart(SYSTEM, omega=LINE[6:7], m=[1.0], execution=Execution(scheduler="tcp://127.0.0.1:9"))
+        chart(system(), omega=LINE[6:7], m=[1.0], execution=Execution(scheduler="tcp://127.0.0.1:9"))

@@ -139,19 +139,20 @@ def test_a_chain_goes_on_where_the_run_before_it_ended():
 
 
 SWEPT = [
-    (Crossing(SUPPORT, "v", 0.0, -1, forcing="omega"), "omega", np.linspace(1.12, 0.9, 12)),
+    (lambda: Crossing(SUPPORT, "v", 0.0, -1, forcing="omega"), "omega", np.linspace(1.12, 0.9, 12)),
     (
-        Impacts(BALL, "table", forcing="omega", parameters={"omega": 1.0, "g": 1.0, "e": 0.5}),
+        lambda: Impacts(BALL, "table", forcing="omega", parameters={"omega": 1.0, "g": 1.0, "e": 0.5}),
         "A",
         np.linspace(1.1, 1.5, 12),
     ),
 ]
 
 
-@pytest.mark.parametrize(("section", "over", "values"), SWEPT, ids=["level", "impacts"])
-def test_a_chain_keeps_the_phase_of_what_forces_it_whoever_makes_its_links(section, over, values, monkeypatch):
+@pytest.mark.parametrize(("make", "over", "values"), SWEPT, ids=["level", "impacts"])
+def test_a_chain_keeps_the_phase_of_what_forces_it_whoever_makes_its_links(make, over, values, monkeypatch):
     """The phase is part of a point where a state crosses a level or a contact begins. A table whose amplitude has grown
     meanwhile carries the ball that has just left it."""
+    section = make()
     start = section.start({"x": 0.5, "v": 0.0})
     jobs = Jobs(np.tile(start, (12, 1)), {over: values}, transient=3, rows=4, chain=12)
     whole = section.run(jobs, GO)

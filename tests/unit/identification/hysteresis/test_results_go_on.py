@@ -12,9 +12,10 @@ from fmpy import simulate_fmu
 from typer.testing import CliRunner
 from whole_application import app
 
-from fmu_models import BoucWen, Hysteresis, MaxwellSlip, Signal, load, simulate
+from fmu_models import BoucWen, Hysteresis, MaxwellSlip, Signal, simulate
+from fmu_models import load as load_model
 from fmu_models.base.trust import command_line
-from identification import identify_hysteresis, read_calibration
+from identification import LoopLog, identify_hysteresis, read_calibration
 from identification.calibration.result import calibrated_fmu
 from identification.hysteresis.again import loop_log
 
@@ -113,7 +114,7 @@ def test_a_way_without_time_runs_straight_from_turn_to_turn() -> None:
     signal = log.inputs["way"]
     assert isinstance(signal, Signal) and len(signal.time) < 20 < len(log.time) == len(way)
     values = {"k_1": 3.0, "D_1": 0.1, "k_2": 1.0, "D_2": 0.5}
-    model = load("identification.hysteresis.models:loop_maxwellslip_2")
+    model = load_model("identification.hysteresis.models:loop_maxwellslip_2")
     again = simulate(model, log.time[-1], parameters=values, inputs=log.inputs, output_times=log.time)
     assert again["force"] == pytest.approx(force, abs=1e-6)
 
@@ -134,7 +135,7 @@ def test_a_log_whose_memory_nobody_knows_is_fitted_with_a_start_of_its_own() -> 
 @pytest.mark.nightly
 def test_a_saved_decay_follows_another_start(results: Path) -> None:
     """Runs of the model from two angles: fitted to one, compared with the other."""
-    model = load("identification.hysteresis.models:decaying_oscillator")
+    model = load_model("identification.hysteresis.models:decaying_oscillator")
     values, time = {"w0": 5.0, "f": 0.3, "c": 0.05, "b": 0.0, "zero": 0.1}, np.arange(0.0, 40.0, 0.02)
     for name, angle in (("far", 1.1), ("near", 0.6)):
         motion = simulate(model, 40.0, parameters=values, start={"angle": angle}, output_times=time)["angle"]
@@ -145,3 +146,14 @@ def test_a_saved_decay_follows_another_start(results: Path) -> None:
     (log,) = run("compare", results / "decay.json", results / "near.csv")["logs"]
     assert log["residuals"][0]["share"] < 5e-3
     assert log["starts"]["angle(0)"] == pytest.approx(0.6, abs=1e-3)
+
+
+def test_a_load_that_moves_is_followed_in_the_time_of_the_samples() -> None:
+    way = growing(400)
+    force, load = of_sliders(way, SPRINGS, BOUNDS), 2.0 + np.sin(np.linspace(0.0, 20.0, 400))
+    log = loop_log(LoopLog("pressed", way, load * force, load=load), rate=False, states=())
+    assert np.array_equal(log.time, np.arange(400.0))
+    values = {"k_1": 3.0, "D_1": 0.1, "k_2": 1.0, "D_2": 0.5}
+    model = load_model("identification.hysteresis.models:loop_maxwellslip_2")
+    again = simulate(model, 399.0, parameters=values, inputs=log.inputs, output_times=log.time)
+    assert again["force"] == pytest.approx(load * force, abs=1e-9)

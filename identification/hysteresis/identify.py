@@ -20,7 +20,7 @@ from identification.calibration.log import Reading
 from identification.hysteresis.again import LOOP, TIMED_LOOP, loop_log
 from identification.hysteresis.laws import CENTER, LAWS, MEDIAN, USUAL, LoopLaw, loop_model, loop_name
 from identification.hysteresis.loop import LoopLog
-from identification.hysteresis.read import read_loop
+from identification.hysteresis.read import checked, read_loop
 from identification.hysteresis.result import FittedLaw, HysteresisFit, cycles_of
 from identification.hysteresis.spectrum import SliderSpectrum, fit_lag, fit_sliders
 from identification.hysteresis.verdicts import verdicts
@@ -101,7 +101,7 @@ def identify_hysteresis(
 
 
 def _ready(source: Loop, **how: Any) -> LoopLog:
-    log = source if isinstance(source, LoopLog) else read_loop(os.fspath(source), **how)
+    log = checked(source) if isinstance(source, LoopLog) else read_loop(os.fspath(source), **how)
     return log.smooth().from_largest()
 
 

@@ -63,7 +63,7 @@ def read_loop(
         notes.append(f"{path.name} states no units: taken are {', '.join(taken)} (say others: --unit way=mm).")
     way, force = scaled["way"], scaled["force"]
     log = LoopLog(path.name, way, force, scaled.get("time"), scaled.get("load"), conditions_of(path.stem))
-    return _checked(replace(log, signals={name: scaled[name] for name in kept}, notes=tuple(notes)))
+    return checked(replace(log, signals={name: scaled[name] for name in kept}, notes=tuple(notes)))
 
 
 def conditions_of(name: str) -> dict[str, float]:
@@ -137,8 +137,9 @@ def numbers_by_role(
     return scaled, unstated
 
 
-def _checked(log: LoopLog) -> LoopLog:
-    """The log with its force the right way round, and with what its user should know."""
+def checked(log: LoopLog) -> LoopLog:
+    """The log with its force the right way round, and with what its user should know. StickslipError: a way or force
+    that never changes, a load that is always zero, columns that are swapped."""
     if log.range == 0 or np.ptp(log.force) == 0:
         raise StickslipError(
             f"{log.name}: its {'way' if log.range == 0 else 'force'} never changes. Check the columns."
@@ -174,4 +175,4 @@ def _checked(log: LoopLog) -> LoopLog:
         )
     if log.load is not None and np.min(np.abs(log.load)) < NO_LOAD * np.median(np.abs(log.load)):
         notes.append(f"The load of {log.name} is near zero at times: there its force says little of the law.")
-    return replace(log, notes=tuple(notes))
+    return replace(log, notes=tuple(dict.fromkeys(notes)))

@@ -26,11 +26,12 @@ TEMPLATE = "page.html.j2"
 
 @dataclass(frozen=True)
 class PageSection:
-    """Of a page. name: its id; parts: HTML of what follows its heading."""
+    """Of a page. name: its id; parts: HTML of what follows its heading; folded: whether a reader opens it (print does)."""
 
     name: str
     heading: str
     parts: Sequence[str]
+    folded: bool = False
 
 
 class Findings(Shown, ABC):

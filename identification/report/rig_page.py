@@ -122,9 +122,10 @@ class RigFindings(Findings):
             sections.append(PageSection("next", "Next experiment", parts))
         if other := tables.other_fields(fit):
             parts = [f"<h3>{name.replace('_', ' ').capitalize()}</h3>\n{nested(item)}" for name, item in other.items()]
-            sections.append(PageSection("more", "Identifiability and further results", parts))
+            sections.append(PageSection("more", "Identifiability and further results", parts, folded=True))
         notes = [paragraph(note) for note in self.notes]
-        return [*sections, PageSection("tables", "Tables", [*(one.html() for one in _tables(self)), *notes])]
+        parts = [*(one.html() for one in _tables(self)), *notes]
+        return [*sections, PageSection("tables", "Tables", parts, folded=True)]
 
 
 def _friction_sections(findings: RigFindings) -> list[PageSection]:
@@ -156,7 +157,8 @@ def _residual_sections(findings: RigFindings) -> list[PageSection]:
         f"correlation of neighbours {tables.shown(fit.autocorrelation)}."
     )
     figure = residual_figure(fit, findings.evaluation)
-    return [PageSection("residuals", "Residuals", [drawing(figure, "residuals", caption), paragraph(power)])]
+    parts = [drawing(figure, "residuals", caption), paragraph(power)]
+    return [PageSection("residuals", "Residuals", parts, folded=True)]
 
 
 def _family_section(place: int, family: FamilyComparison) -> PageSection:

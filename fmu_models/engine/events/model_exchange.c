@@ -66,7 +66,8 @@ static double watched_cone(Run *r, const Jets *j, int c)
     const double shift = r->tolerances.importer, slip = j->slip[c][0],
                  small = CONE_LANDING * shift * r->typical_slip[c];
     if (r->at.state[c] == CONTACT_STICK)
-        return j->capacity[c][0] * (1.0 + shift) - hypot(j->force[c + 1][0], j->force[c + 2][0]);
+        return j->capacity[c][0] * (1.0 + shift)
+               - sqrt(j->force[c + 1][0] * j->force[c + 1][0] + j->force[c + 2][0] * j->force[c + 2][0]);
     r->young[c] = r->young[c] && slip <= sqrt(shift) * r->typical_slip[c];
     return r->young[c] ? slip + small : slip - small;
 }

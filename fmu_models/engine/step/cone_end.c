@@ -42,6 +42,7 @@ static Real KIND(cone_integral)(const Real *b, Real f, Real G[2][2], const Real 
 Real cone_rest_time(const Point *at, const Jets *j, int c, Real *way)
 {
     const double EVEN = 1e-13;
+    if (!cone_is_whole(c)) return -1.0;
     const Real w = j->slip[c][0], f = j->force[c][0], v[2] = {j->slip[c + 1][0], j->slip[c + 2][0]};
     Real G[2][2], b[2];
     cone_effects(at, j, c, G);
@@ -76,6 +77,7 @@ static void KIND(cone_push)(const Point *at, Jets *j, int c, const Real *missing
 Real cone_end(Point *at, Jets *j, int c)
 {
     Real way[2], missing[2];
+    if (!cone_is_whole(c)) return 0.0;
     const Real time = cone_rest_time(at, j, c, way);
     for (int i = 0; i < 2; i++)
         missing[i] = 2.0 * (way[i] / time - j->slip[c + 1 + i][0]) / time - cone_rate(j, c + 1 + i, 0);

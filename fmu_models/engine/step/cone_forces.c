@@ -30,6 +30,7 @@ static Real KIND(cone_product)(const Real *a, const Real *b, int k, int first, i
 
 int cone_forces(const Point *at, Jets *j, int k, int c)
 {
+    if (!cone_is_whole(c)) return 0;
     const int held = at->state[c] == CONTACT_STICK, slips = !held && at->state[c] != CONTACT_AWAY;
     if (held || k == 0) model_stick(at->p, at->d, j, k, c);
     if (k == 0 && slips && PART(j->slip[c][0]) == 0.0) j->rising[c] = 1;
@@ -66,7 +67,7 @@ static Real KIND(cone_effect)(const Point *at, const Jets *j, int c, int e)
 
 void cone_effects(const Point *at, const Jets *j, int c, Real G[2][2])
 {
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < 2 && cone_is_whole(c); i++)
         for (int e = 0; e < 2; e++)
             G[i][e] = KIND(cone_effect)(at, j, c + 1 + i, c + 1 + e);
 }
@@ -112,6 +113,7 @@ static Real KIND(cone_leave)(const Real *b, Real f, Real G[2][2], Real *n)
 
 int cone_rise(const Point *at, Jets *j, int k, int c)
 {
+    if (!cone_is_whole(c)) return 0;
     Real *const w = j->slip[c], *const x = j->unit[c + 1], *const y = j->unit[c + 2];
     const Real f = j->force[c][0];
     Real G[2][2];

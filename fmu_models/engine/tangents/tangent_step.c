@@ -54,7 +54,7 @@ static void vary_held(void *of, const Run *r, Variation *l)
 }
 
 /* the derivatives of series of a tangent */
-static void take_series(const Real (*own)[MODEL_TERMS + 1], int n, PairSeries *to, int lane)
+static void take_series(Real (*own)[MODEL_TERMS + 1], int n, PairSeries *to, int lane)
 {
     for (int i = 0; i < n; i++)
         for (int m = 0; m <= MODEL_TERMS; m++)

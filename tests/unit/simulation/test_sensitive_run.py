@@ -116,8 +116,8 @@ def test_a_long_run_can_be_stopped_and_the_next_one_is_sound(kept):
     """Ctrl-C, sent while the engine works, waits for no event and no end, hours away: this body swings freely."""
     expected = kept.run([0.3])
     timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
-    timer.start()
     with pytest.raises(KeyboardInterrupt):
+        timer.start()
         kept.run([1e6], parameters={"c": 0.0}, inputs={"w0": 1e3})
     timer.join()
     assert np.array_equal(kept.run([0.3]).derivative, expected.derivative)

@@ -110,6 +110,8 @@ def test_few_samples_a_cycle_are_told(tmp_path) -> None:
     way = growing(120)
     log = read_loop(written(tmp_path / "coarse.csv", {"x": way, "force": of_dahl(way, 30.0, 1.0)}))
     assert any("samples a cycle, which miss peaks" in note for note in log.notes)
+    fit = identify_hysteresis(LoopLog("coarse", way, of_dahl(way, 30.0, 1.0)), laws=[])
+    assert any("samples a cycle, which miss peaks" in note for note in fit.notes)
 
 
 def test_one_slider_takes_what_its_closed_form_says() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from identification.report.page import Findings, PageSection, page
@@ -26,7 +27,7 @@ class Named(Findings):
         return []
 
     def sections(self) -> list[PageSection]:
-        return []
+        return [PageSection("law", "Law", ["<p>open</p>"]), PageSection("more", "More", ["<p>deep</p>"], folded=True)]
 
     def citations(self) -> list[str]:
         return [EVIL]
@@ -37,3 +38,11 @@ def test_what_others_wrote_is_no_markup() -> None:
     shown, data = text.split('type="application/json"', 1)
     assert "<img" not in shown and shown.count("&lt;img") >= 3
     assert "</script>" not in data.split("onerror", 1)[1].split("}", 1)[0]
+
+
+def test_what_a_reader_opens_is_folded_with_its_heading_shown() -> None:
+    text = page(Named())
+    more = text.split('<section id="more">')[1].split("</section>")[0]
+    assert re.sub(r">\s+<", "><", more.strip()) == ("<details><summary><h2>More</h2></summary><p>deep</p></details>")
+    assert "<details" not in text.split('<section id="law">')[1].split("</section>")[0]
+    assert "beforeprint" in text

@@ -26,7 +26,7 @@ TEMPLATE = "page.html.j2"
 
 @dataclass(frozen=True)
 class PageSection:
-    """Of a page. name: its id; parts: HTML of what follows its heading; folded: whether a reader opens it (print does)."""
+    """Of a page. name: its id; parts: HTML of what follows its heading; folded: until a reader opens or prints it."""
 
     name: str
     heading: str

@@ -211,8 +211,33 @@ class Contact(Shown, ABC):
         return dataclasses.replace(contact, law=law)
 
 
+class _Rubbing(Contact):
+    """Friction against slip speeds, in the region ``where``, or everywhere if that is None."""
+
+    where: sympy.Expr | None
+
+    @property
+    def place(self) -> sympy.Expr | None:
+        """The region of the contact."""
+        return None if self.where is None else sympy.sympify(self.where)
+
+    @property
+    def _bounds(self) -> tuple[sympy.Expr, ...]:
+        return () if self.place is None else (self.place,)
+
+    def check(self, coordinates: Sequence[Coordinate]) -> None:
+        for slip in self.slips:
+            check_slip(self.name, slip, coordinates)
+        for bound in self._bounds:
+            check_place(f"contact '{self.name}': where", bound, coordinates)
+
+    def _check_region(self, units: Dimensions) -> None:
+        for bound in self._bounds:
+            units.expect(f"the region of contact '{self.name}'", bound, None)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Friction(Contact):
+class Friction(_Rubbing):
     """A contact with a friction law.
 
     Attributes:
@@ -250,17 +275,11 @@ class Friction(Contact):
     @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
         capacities = self.law.capacity, self.law.capacity_minus
-        bounds = () if self.where is None else (sympy.sympify(self.where),)
-        return tuple(map(sympy.sympify, (self.slip, *bounds, *capacities, self.law_force, *self.rates)))
+        return tuple(map(sympy.sympify, (self.slip, *self._bounds, *capacities, self.law_force, *self.rates)))
 
     @property
     def symbols(self) -> set[sympy.Basic]:
         return super().symbols - {self.slip_speed, self.sign}
-
-    @property
-    def place(self) -> sympy.Expr | None:
-        """The region of the contact."""
-        return self.where
 
     @property
     def law_force(self) -> sympy.Expr:
@@ -274,11 +293,6 @@ class Friction(Contact):
     @property
     def rates(self) -> tuple[sympy.Expr, ...]:
         return self.law.rates(self.slip_speed, self.sign)
-
-    def check(self, coordinates: Sequence[Coordinate]) -> None:
-        check_slip(self.name, self.slip, coordinates)
-        if self.where is not None:
-            check_place(f"contact '{self.name}': where", self.where, coordinates)
 
     def check_units(self, units: Dimensions) -> None:
         slip = units.expect(f"the slip of contact '{self.name}'", self.slip, None)
@@ -294,17 +308,15 @@ class Friction(Contact):
                     units.match(f"slip times what contact '{self.name}' holds", units.times(capacity, slip), "W")
         units.known[self.force] = force
         self._check_rates(units)
-        if self.where is not None:
-            units.expect(f"the region of contact '{self.name}'", self.where, None)
+        self._check_region(units)
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
-        where = None if self.where is None else sympy.sympify(self.where)
         minus = self.law.capacity_minus
         return (
             self._direction(
                 rates,
                 self.slip,
-                where,
+                self.place,
                 capacity=sympy.sympify(self.law.capacity),
                 capacity_minus=None if minus == self.law.capacity else sympy.sympify(minus),
                 force=self.law_force,
@@ -319,7 +331,7 @@ class Friction(Contact):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Cone(Contact):
+class Cone(_Rubbing):
     """Friction with two directions, `Friction` with ``slip=(v_x, v_y)``: a cone, not two contacts at right angles.
 
     With v = (v_x, v_y) and f the force that the law has for a slip |v| the contact
@@ -375,8 +387,7 @@ class Cone(Contact):
 
     @property
     def expressions(self) -> tuple[sympy.Expr, ...]:
-        bounds = () if self.where is None else (sympy.sympify(self.where),)
-        return (*self.slip, *bounds, sympy.sympify(self.law.capacity), sympy.sympify(self.law_force))
+        return (*self.slip, *self._bounds, sympy.sympify(self.law.capacity), sympy.sympify(self.law_force))
 
     @property
     def symbols(self) -> set[sympy.Basic]:
@@ -395,16 +406,8 @@ class Cone(Contact):
             yield f"{self.name}_{side}_state", f"the state of contact {self.name} along {side}"
             yield f"{self.name}_{side}_force", f"the force of contact {self.name} along {side}"
 
-    @property
-    def place(self) -> sympy.Expr | None:
-        """The region of the contact."""
-        return self.where
-
     def check(self, coordinates: Sequence[Coordinate]) -> None:
-        for slip in self.slip:
-            check_slip(self.name, slip, coordinates)
-        if self.where is not None:
-            check_place(f"contact '{self.name}': where", self.where, coordinates)
+        super().check(coordinates)
         speeds = [q.v for q in coordinates]
         if sympy.Matrix([[sympy.diff(slip, v) for v in speeds] for slip in self.slip]).rank() < 2:
             raise StickslipError(
@@ -422,17 +425,15 @@ class Cone(Contact):
             units.match(f"slip times force of contact '{self.name}'", units.times(force, one), "W")
         for symbol in (self.force, *self.shown):
             units.known[symbol] = force
-        if self.where is not None:
-            units.expect(f"the region of contact '{self.name}'", self.where, None)
+        self._check_region(units)
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
-        where = None if self.where is None else sympy.sympify(self.where)
         x, y = self.slip
         speed: Any = sympy.sqrt(x**2 + y**2)
         whole = self._direction(
             rates,
             sympy.S.Zero,
-            where,
+            self.place,
             capacity=sympy.sympify(self.law.capacity),
             force=self.law_force,
             sticks=True,

@@ -86,10 +86,10 @@ typedef struct {
     /* stiff method */
     Pattern pattern;
     PatternKind pattern_kind;
-    int64_t undeclared;  /* entries of the Jacobian that the FMU does not declare */
-    int check_pattern;   /* it may be another one since an event */
-    double *jacobian;    /* entries of the pattern */
-    double *real_lu;     /* band of the pattern */
+    int64_t undeclared; /* entries of the Jacobian that the FMU does not declare */
+    int check_pattern;  /* it may be another one since an event */
+    double *jacobian;   /* entries of the pattern */
+    double *real_lu;    /* band of the pattern */
     double complex *complex_lu;
     int *real_pivot, *complex_pivot;
     double *stages_z, *stages_w, *stages_f, *seed;

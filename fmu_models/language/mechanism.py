@@ -134,8 +134,12 @@ class Mechanism(Body):
         energies = (self.kinetic_energy, self.potential_energy, self.dissipation, *self.applied.values())
         return _symbols(energies) | {s for q in self.coordinates for s in (q, q.v, q.a)}
 
-    @functools.cached_property
+    @property
     def symbols(self) -> set[sympy.Basic]:
+        return self._all_symbols
+
+    @functools.cached_property
+    def _all_symbols(self) -> set[sympy.Basic]:
         outputs = _symbols(output.expression for output in self.outputs)
         return with_signals(self.body_symbols.union(outputs, *(contact.symbols for contact in self.contacts)))
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Integers, Vector
+from fmu_models.base.arrays import Flags, Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.lanes.library import Stepper
 from fmu_models.simulation.engine import C, Engine
@@ -65,8 +65,8 @@ class EnsembleRuns:
     rows: int
     weights: Vector
     batch: int = 1
-    follow: bool = False
-    resumed: bool = False
+    follow: int = 0
+    resumed: Sequence[bool] | Flags = ()
     longest: int = 0
     settled: float = 0.0
     turns: Vector | None = None
@@ -105,6 +105,7 @@ def make_runs(
         **{"known": targets.points, "metric": targets.forms},
     }
     counts = {"along": runs.along, "next": targets.after, "orbit": targets.orbits, "passes": targets.passes}
+    counts["resumed"] = runs.resumed if len(runs.resumed) else [0] * (runs.follow + 1)
     lanes = runs.stepper.at if runs.stepper else 0
     lane_room = np.empty(engine.lane_room(lanes, runs.longest) // 8 + _LINE)
     # named as in the engine's struct; they live until the call is over
@@ -121,7 +122,7 @@ def make_runs(
         **({"growth": rows.growth} if rows.growth.size else {}),
         **({"jacobians": rows.derivatives} if rows.derivatives.size else {}),
     }
-    of_runs = ("follow", "resumed", "tolerance", "bound", "transient", "batch", "longest", "settled", "flow")
+    of_runs = ("follow", "tolerance", "bound", "transient", "batch", "longest", "settled", "flow")
     c = _Ensemble(
         **{"n_runs": m, "n_rows": runs.rows, "n_known": len(targets.points), "n_directions": k},
         n_set=len(runs.references),

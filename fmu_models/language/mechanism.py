@@ -17,9 +17,10 @@ import sympy
 
 from fmu_models.base.errors import named
 from fmu_models.language.checks import check_mechanism
-from fmu_models.language.contacts import Contact, Friction, Law, Requirement
+from fmu_models.language.contacts import Contact, Law, Requirement
 from fmu_models.language.declaration import Body
 from fmu_models.language.derivatives import Derivatives
+from fmu_models.language.friction import Friction
 from fmu_models.language.inertia import inertia_requirements
 from fmu_models.language.matrices import Matrix, matrices_of, names_of, quadratic
 from fmu_models.language.quantities import Coordinate, Parameter

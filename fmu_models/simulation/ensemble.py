@@ -16,7 +16,6 @@ from fmu_models.simulation.engine import C, Engine
 from fmu_models.simulation.rows import RunRows
 
 _Ensemble = C.structure("Ensemble")
-_LINE = 8  # numbers in a line of memory
 _MESSAGE: int = C.constants(prefix="ENSEMBLE_").MESSAGE
 KINDS = C.constants("SectionKind", "SECTION_")
 OUTCOMES = C.constants("Outcome", "OUTCOME_")
@@ -107,7 +106,6 @@ def make_runs(
     counts = {"along": runs.along, "next": targets.after, "orbit": targets.orbits, "passes": targets.passes}
     counts["resumed"] = runs.resumed if len(runs.resumed) else [0] * (runs.follow + 1)
     lanes = runs.stepper.at if runs.stepper else 0
-    lane_room = np.empty(engine.lane_room(lanes, runs.longest) // 8 + _LINE)
     # named as in the engine's struct; they live until the call is over
     arrays: dict[str, NDArray[Any]] = {
         **{name: np.ascontiguousarray(array, dtype=float) for name, array in numbers.items()},
@@ -128,13 +126,13 @@ def make_runs(
         n_set=len(runs.references),
         messages=ctypes.addressof(messages),
         lanes=lanes,
-        lane_room=-(-lane_room.ctypes.data // (8 * _LINE)) * 8 * _LINE,
         **{name: getattr(where, name) for name in ("kind", "direction", "contact", "state", "level")},
         **{name: getattr(runs, name) for name in of_runs},
         **{name: array.ctypes.data for name, array in arrays.items()},
     )
     instance = engine.take()
     try:
+        c.lane_room = instance.lines(engine.lane_room(lanes, runs.longest) // 8)
         if engine.ensemble(instance.handle, ctypes.byref(c)) != 0:
             raise instance.failure()
     finally:

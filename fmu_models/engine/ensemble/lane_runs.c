@@ -286,7 +286,7 @@ Status lane_runs(Instance *m, Ensemble *e)
                 if (t->motion[slot].wanted) journey_end(&t->job[slot], OUTCOME_STOPPED);
             break;
         }
-        memset(t->asked, 0, sizeof t->asked);
+        memset(t->asked, 0, (size_t)together * sizeof *t->asked);
         for (int slot = 0; slot < together && each > 0; slot++) {
             if (!t->motion[slot].wanted) continue;
             t->motion[slot].speed = (double)e->flow;

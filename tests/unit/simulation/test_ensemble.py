@@ -6,6 +6,7 @@ import dataclasses
 import math
 import threading
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -144,7 +145,7 @@ def beside(values, start, chains):
     """Sweeps of these values, every second downward, one after the other and in turn."""
     swept = np.array([values if k % 2 == 0 else values[::-1] for k in range(chains)])
     starts = np.tile(start, (swept.size, 1)) * (1.0 + 0.1 * np.arange(swept.size)[:, None] % chains)
-    how = {"transient": 200, "rows": 48, "longest": 24, "chain": len(values)}
+    how: dict[str, Any] = {"transient": 200, "rows": 48, "longest": 24, "chain": len(values)}
     order = np.arange(swept.size).reshape(swept.shape).T.ravel()
     return Jobs(starts, {"omega": swept.ravel()}, **how), order, how
 

@@ -336,7 +336,7 @@ PARSERS = {
     "identification/measurement/recipe.py": "its laws are those that come along",
     "identification/transfer/scene.py": "cases: by checked_scene",
     "identification/studio/steps.py": "what the studio wrote of its own steps",
-    "identification/studio/study.py": "cases in test_studio.py: commands of ours, whose arguments name nothing untrusted",
+    "identification/studio/study.py": "cases in test_studio.py: commands of ours, which name nothing untrusted",
     "identification/watch/state.py": "cases",
 }
 # what runs code that it is told: one door for Python; the others run what is ours, or an FMU that the user has named

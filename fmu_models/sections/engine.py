@@ -20,6 +20,7 @@ from fmu_models.simulation.ensemble import EnsembleRuns, Targets, make_runs
 from fmu_models.simulation.rows import RunRows, joined
 
 PACE = 8  # steps in lanes in the time of one by the series, about
+TOGETHER = 32  # motions whose events fill vectors as well as those of more do
 
 
 @dataclass(eq=False)
@@ -34,6 +35,7 @@ class EngineBackend:
     engine: Engine
     counts: list[tuple[int, int]] = field(default_factory=list)
     pace = 1
+    together = 1
 
     @property
     def how(self) -> str:
@@ -116,6 +118,7 @@ class LanesBackend(EngineBackend):
 
     fmu: Fmu = field(kw_only=True)
     pace = PACE
+    together = TOGETHER
 
     @property
     def how(self) -> str:

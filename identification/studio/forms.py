@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -111,8 +111,3 @@ def arguments(command: str, found: Sequence[Field], values: Values) -> list[str]
 
 def _given(flag: str, text: str) -> tuple[str, ...]:
     return (f"{flag}={text}",) if text.startswith("-") else (flag, text)
-
-
-def form_of(command: Callable[[str], Any], name: str) -> list[Field]:
-    """Fields of the command of a name."""
-    return fields(command(name))

@@ -22,6 +22,14 @@ from rig_io.packages.datapackage import write_package
 
 BARE = 5  # starts of a bare Python that are taken together: one is as short as the clock of CPU time ticks
 COMMAND = "import sys; sys.argv[1:] = {!r}; from identification.cli import main; main()"
+STORE = """
+import numpy as np
+from fmu_models import Strobe, basins, load
+from fmu_models.families.execution import Execution
+grid = np.linspace(-8.0, 8.0, 1001)
+system = Strobe(load("discontinuous_support"), forcing="omega", parameters={{"omega": 1.1}})
+basins(system, x=grid, v=grid, most=400, execution=Execution(store={!r}))
+"""  # imports and all: basins of a million starts, of which none is run again
 EXPORT = "from fmu_models.codegen.package import export; export({!r}, {!r}, overwrite=True)"
 
 
@@ -58,7 +66,12 @@ def main() -> None:
         cases = {
             "stickslip --help": COMMAND.format(["--help"]),
             "stickslip models": COMMAND.format(["models"]),
+            "stickslip show": COMMAND.format(["show", "disc_rig"]),
+            "stickslip simulate": COMMAND.format(["simulate", "disc_rig"]),
             "warm export": EXPORT.format("disc_rig", fmu),
+            "run of a file": f"from fmu_models import load, simulate; simulate(load({fmu!r}), 5.0)",
+            "the same by fmpy": f"import fmpy; fmpy.simulate_fmu({fmu!r}, stop_time=5.0, fmi_type='CoSimulation')",
+            "a finished store": STORE.format(str(Path(folder) / "run.zarr")),
             "fit of four logs": "from rig_io.packages.datapackage import read_package; "
             f"from identification.fit.fit import fit_friction; fit_friction(read_package({str(logs)!r}))",
         }

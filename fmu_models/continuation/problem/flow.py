@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.pauses import CLEAR, clear_places, held_at_start, is_clear, pauses
 from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
-from fmu_models.continuation.problem.runs import Runs
+from fmu_models.continuation.problem.runs import LARGE, Runs
 from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK
 from fmu_models.sections.amounts import Direction
 from fmu_models.sections.strobe import HOW, Strobe, strobe_of
@@ -293,6 +293,7 @@ class FlowProblem(Problem):
         swings, largest = np.ptp(values, axis=1) / 2, np.abs(values).max(axis=1)
         rest = RESTS * largest.max()
         sizes = np.where(swings > rest, swings, np.where(largest > rest, largest, 1.0))
+        sizes *= math.sqrt(max(1.0, len(sizes) / LARGE))  # of many states u changes as much as of a few
         return np.array([*sizes, *([length] if self.autonomous else []), abs(between[1] - between[0])])
 
     def is_rigid(self, contact: str) -> bool:

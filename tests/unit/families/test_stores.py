@@ -333,3 +333,37 @@ def test_a_chain_is_the_same_in_one_piece_and_in_links(monkeypatch):
             monkeypatch.setattr(families, "CHUNK", steps)
             assert len(jobs.chunks()) == links
             assert np.array_equal(one.make(jobs, workers=3).points, whole_chain)
+
+
+def test_sweeps_from_several_starts_are_those_from_each_also_broken_off(tmp_path):
+    """Three in each direction, side by side, and the one whose start is not there twice alone; where two motions exist
+    some sweeps come to the other."""
+    system, omega = support(ks=300.0), np.linspace(0.93, 1.0, 12)
+    how: dict[str, Any] = {"transient": 150, "direction": "both"}
+
+    def swept(execution: Execution, progress: Any = quiet) -> Any:
+        return orbit_diagram(system, "omega", omega, starts=3, **how, execution=execution, progress=progress)
+
+    found = swept(Execution(workers=2))
+    assert found.directions == ("up", "up_2", "up_3", "down", "down_2", "down_3") and not found.failures
+    apart = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 2)) * system.sizes()
+    for k, by in enumerate([0.0 * apart[0], *apart[1:]]):
+        alone = orbit_diagram(system, "omega", omega, start=(system.start() + by).tolist(), **how)
+        for d in (0, 1):
+            assert np.array_equal(alone.points[d], found.points[k + 3 * d], equal_nan=True)
+            assert (alone.periods[d] == found.periods[k + 3 * d]).all()
+    assert any(len(set(column)) > 1 for column in found.periods.T.tolist())
+    assert set(found.ways) == {"up", "down"}
+
+    def break_off(fraction: float) -> None:
+        if fraction > 0.4:
+            raise KeyboardInterrupt
+
+    store = tmp_path / "run.zarr"
+    with pytest.raises(KeyboardInterrupt):
+        swept(Execution(store=store, workers=1), break_off)
+    resumed = swept(Execution(store=store, resume=True))
+    assert np.array_equal(resumed.points, found.points, equal_nan=True)
+    assert sum(len(rows.filled) for rows in stored_runs(store)) == 72
+    with pytest.raises(StickslipError, match="one start"):
+        orbit_diagram(system, "omega", omega, starts=0)

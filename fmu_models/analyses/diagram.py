@@ -315,8 +315,7 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
     varied = {sweep.over: sweep.values[order % m]}
     starts, kept = np.tile(sweep.start[0], (order.size, 1)), max(sweep.points, 2 * sweep.longest)
     starts.reshape(-1, m, *sweep.start.shape)[:, 0] = sweep.start
-    chains = {"chain": m, "beside": beside}
-    jobs = Jobs(starts, varied, sweep.transient, kept, longest=sweep.longest, settled=SETTLED, **chains)
+    jobs = Jobs(starts, varied, sweep.transient, kept, chain=m, beside=beside, longest=sweep.longest, settled=SETTLED)
     rows = runner.make(jobs)
     claims = claimed(system, rows, varied, longest=sweep.longest)
     images = rows.points[:, : sweep.points].copy()

@@ -49,7 +49,8 @@ LOGISTIC = Iteration.of(maps.load("logistic"), {"r": 3.5})
 
 @pytest.fixture(autouse=True)
 def small_chunks(monkeypatch):
-    monkeypatch.setattr(families, "FAR_CHUNK", SMALL)
+    for name in ("FAR_CHUNK", "MOST_CHUNK"):
+        monkeypatch.setattr(families, name, SMALL)
 
 
 def support(**values: float) -> Strobe:
@@ -68,7 +69,8 @@ def mapped(progress: Any = quiet, **execution: Any) -> Basins:
 def whole(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("whole") / "run.zarr"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(families, "FAR_CHUNK", SMALL)
+        for name in ("FAR_CHUNK", "MOST_CHUNK"):
+            patch.setattr(families, name, SMALL)
         mapped(store=path, workers=1)
     return path
 
@@ -179,7 +181,8 @@ def test_what_is_killed_goes_on_and_repeats_one_chunk_per_worker(whole, tmp_path
         "import os, sys\n"
         f"sys.path[:0] = {[str(Path(__file__).parent), str(ROOT), str(ROOT / 'tests/helpers')]!r}\n"
         "import test_stores as t\n"
-        "t.families.FAR_CHUNK, seen, run = t.SMALL, [], t.Strobe.run\n"
+        "t.families.FAR_CHUNK = t.families.MOST_CHUNK = t.SMALL\n"
+        "seen, run = [], t.Strobe.run\n"
         "def counted(self, jobs, stop):\n"
         "    if jobs.transient or jobs.rows > 1: print(len(jobs), flush=True)\n"
         "    return run(self, jobs, stop)\n"

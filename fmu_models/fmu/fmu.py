@@ -34,7 +34,7 @@ class Fmu(Shown):
 
     Attributes:
         path: the file it came from.
-        folder: where it is unpacked.
+        folder: where it is unpacked, without the engine of one of this suite (``sources``).
         description: modelDescription.xml as fmpy reads it.
         variables: every variable by name, in order of declaration.
     """
@@ -59,7 +59,7 @@ class Fmu(Shown):
             raise StickslipError(f"'{path}' is a folder. Name an FMU, a file.")
         folder = claim_folder("fmu")
         try:
-            archive.unpack(path, folder)
+            archive.unpack(path, folder, engine=False)
             fmu = cls.unpacked(path, folder)
         except BaseException:
             release_folder(folder)
@@ -84,6 +84,16 @@ class Fmu(Shown):
     def _contents(self) -> dict[str, object]:
         kinds = ("states", "inputs", "outputs", "contacts", "parameters")
         return {"file": self.path, **{kind: getattr(self, kind) for kind in kinds}}
+
+    @cached_property
+    def sources(self) -> Path:
+        """The folder with all of its sources, for those who build something of them; errors as for ``open``."""
+        if not (self.folder / archive.OWN).is_file() or (self.folder / archive.OWN).with_name("model").is_dir():
+            return self.folder / "sources"
+        folder = claim_folder("sources")
+        weakref.finalize(self, release_folder, folder)
+        archive.unpack(self.path, folder)
+        return folder / "sources"
 
     @property
     def fmi(self) -> int:

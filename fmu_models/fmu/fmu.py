@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
 import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
     from fmpy.model_description import ModelDescription, ScalarVariable
+
+PACKED = "packed"  # beside the folder, the archive of which something stays packed
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +63,8 @@ class Fmu(Shown):
         folder = claim_folder("fmu")
         try:
             archive.unpack(path, folder, engine=False)
+            if (folder / archive.OWN).is_file():  # the file itself may change or go
+                shutil.copyfile(path, folder.with_name(PACKED))
             fmu = cls.unpacked(path, folder)
         except BaseException:
             release_folder(folder)
@@ -88,11 +93,11 @@ class Fmu(Shown):
     @cached_property
     def sources(self) -> Path:
         """The folder with all of its sources, for those who build something of them; errors as for ``open``."""
-        if not (self.folder / archive.OWN).is_file() or (self.folder / archive.OWN).with_name("model").is_dir():
+        if not self.folder.with_name(PACKED).is_file():
             return self.folder / "sources"
         folder = claim_folder("sources")
         weakref.finalize(self, release_folder, folder)
-        archive.unpack(self.path, folder)
+        archive.unpack(self.folder.with_name(PACKED), folder)
         return folder / "sources"
 
     @property

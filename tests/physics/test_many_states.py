@@ -19,6 +19,7 @@ from scipy.optimize import brentq
 from fmu_models import TIME, Conti, Coordinate, Friction, KelvinVoigt, Mechanism, Parameter, Stop, Strobe, branch
 from fmu_models.continuation.branch import Branch
 from fmu_models.continuation.problem import runs
+from fmu_models.continuation.problem.node import passing_test
 from fmu_models.fmu.fmu import Fmu
 
 A, OMEGA = 0.02, 1.15
@@ -135,3 +136,12 @@ def test_fifty_blocks_to_where_the_first_begins_to_stick():
     found = along_chain(opened(burridge_knopoff(50)), (0.45, 0.75), 40)
     assert found.special[0].kind == "grazing-sliding corner"
     assert all(np.abs(node.seen.residual).max() < 1e-11 for node in found.nodes)
+
+
+def test_the_pairs_of_hundreds_of_multipliers_still_have_a_sign():
+    """Their product is 1e-700 by itself; a pair that leaves the circle is seen, and nothing else."""
+    angles = np.linspace(0.1, 3.0, 40)
+    spectrum = np.concatenate([0.7 * np.exp(1j * angles), 0.7 * np.exp(-1j * angles)])
+    outside = np.where(np.abs(np.abs(np.angle(spectrum)) - angles[7]) < 1e-9, spectrum * 1.5, spectrum)
+    inside, past = (passing_test(multipliers, "circle") for multipliers in (spectrum, outside))
+    assert inside * past < 0.0

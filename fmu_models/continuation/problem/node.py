@@ -16,13 +16,21 @@ import numpy as np
 
 from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
-from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector, Word, cyclic
+from fmu_models.continuation.problem.problem import (
+    EVENT,
+    Passing,
+    Problem,
+    Seen,
+    Vector,
+    Word,
+    cyclic,
+    product_of_pairs,
+)
 from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, KINDS, NEIMARK_SACKER
 
 # the residual of a root, in scales, and of one that rounding does not let come nearer
 ROOT, ROUNDED = 1e-13, 1e-9
 STEPS = 12
-MANY = 300  # pairs of multipliers
 SECANT = 1e-7  # residual, in scales, from which Newton's method begins after Broyden's
 # so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
 HALF, SAME = 1e-4, 1e-8
@@ -147,9 +155,7 @@ def passing_test(multipliers: Complex, passes: str) -> float:
         return float(np.prod(multipliers - (1.0 if passes == "+1" else -1.0)).real)
     rows, columns = np.tril_indices(len(multipliers), -1)
     factors = multipliers[rows] * multipliers[columns] - 1.0
-    if len(factors) > MANY:  # their product has no sign where it is too small for a number
-        factors /= np.maximum(np.abs(factors), 0.1)
-    return float(np.prod(factors).real)
+    return float(product_of_pairs(factors).real)
 
 
 def scaled(node: Node) -> Vector:

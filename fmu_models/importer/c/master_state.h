@@ -58,6 +58,7 @@ typedef struct {
     double *x, *f; /* states and derivatives there */
     double *rates; /* that the FMU said last, with what status */
     int rates_status;
+    double *settled; /* states for which it said them, at the time asked; it may have been moved since */
     double *nominal, *before;
     double *u;
     int trial_status, trial_errors; /* the FMU refused trial points */

@@ -72,7 +72,7 @@ static Outcome arrive(Master *m, double t1, double theta)
     m->t = t1;
     /* not at an event of an indicator: it might be moved back before its zero, and the FMU would not see it */
     Outcome outcome = m->slide.n && !causes.state ? slide_project(m) : FINE;
-    outcome = outcome == FINE ? field_settled(m, m->t, m->x) : outcome;
+    if (outcome == FINE && !field_is_settled(m, m->t, m->x)) outcome = field_settled(m, m->t, m->x);
     if (outcome != FINE)
         return outcome == STOP ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SET_STATES, FMI_DISCARD);
     if (m->fmu->completes) {

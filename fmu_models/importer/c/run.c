@@ -32,6 +32,7 @@
 #include "scheduled.h"
 #include "slide.h"
 #include "step.h"
+#include "stiff.h"
 #include "tangent.h"
 #include "ticking.h"
 #include "zeno.h"
@@ -147,7 +148,8 @@ static Outcome advance(Master *m)
     Outcome outcome = make_resolved(m, limit, &error, &theta, &change);
     if (outcome != FINE) return outcome;
     const double length = m->length;
-    const double longer = length * step_growth(m, error);
+    const double growth = step_growth(m, error);
+    const double longer = length * (stiff_keeps(m, growth) ? 1.0 : growth);
     if (!m->stiff) m->last_error = fmax(error, 1e-4);
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;

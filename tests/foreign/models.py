@@ -99,6 +99,7 @@ MODELS = {
     "heat_silent": replace(heat(), rates_depend=()),
     "heat_wrong": heat(reach=0),
     "heat_exact": replace(heat(), directional=True),
+    "heat_ordered": replace(heat(), rates_depend=(), options=("-DSTRIDE=1",)),
     "heat_1000": replace(heat(1000), parameters=(), first_rate=2001, options=("-DNX=1000", "-DRATES=2001")),
     "ring": Foreign(_numbered(40), (1.0,) * 40, (("rate", 1e3),), ("touch",), indicators=1, depends=(21,)),
     "plate": Foreign(_numbered(324), (0.0,) * 324, first_rate=1001),

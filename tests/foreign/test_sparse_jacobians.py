@@ -20,9 +20,9 @@ from fmu_models.toolchain.compiler import compile_shared
 C = Path(__file__).parents[2] / "fmu_models" / "importer" / "c"
 
 
-def rod(run: Trajectory, n: int) -> NDArray[np.float64]:
+def rod(run: Trajectory, n: int, stride: int) -> NDArray[np.float64]:
     """(n_times, n): cells in their order along the rod of heat.c."""
-    return np.column_stack([run[f"x{7 * k % n}"] for k in range(n)])
+    return np.column_stack([run[f"x{stride * k % n}"] for k in range(n)])
 
 
 def modes(n: int, rate: float, times: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -32,15 +32,17 @@ def modes(n: int, rate: float, times: NDArray[np.float64]) -> NDArray[np.float64
     return np.sum([np.outer(np.exp(-r * times), shape) for r, shape in zip(rates, shapes, strict=True)], axis=0)
 
 
-def warmed(model: Models, name: str, n: int, stop: float, tolerance: float) -> tuple[Trajectory, float]:
+def warmed(
+    model: Models, name: str, n: int, stop: float, tolerance: float, *, stride: int = 7
+) -> tuple[Trajectory, float]:
     """A run of the rod, and its error."""
     first = modes(n, 1e4, np.zeros(1))[0]
     times = np.linspace(0.0, stop, 21)
-    start = {f"x{7 * k % n}": value for k, value in enumerate(first)}
+    start = {f"x{stride * k % n}": value for k, value in enumerate(first)}
     run = simulate_any(
         model(name), stop, method="stiff", tolerance=tolerance, start=start, output_times=times, record=[]
     )
-    return run, float(np.abs(rod(run, n) - modes(n, 1e4, times)).max())
+    return run, float(np.abs(rod(run, n, stride) - modes(n, 1e4, times)).max())
 
 
 @pytest.mark.parametrize("name", ["heat", "heat_silent", "heat_wrong", "heat_exact"])
@@ -60,6 +62,14 @@ def test_a_search_asks_once_for_each_state(model: Models) -> None:
     assert runs[0].steps == runs[1].steps
     # and the declared pattern is checked in two directions
     assert runs[1].evaluations - runs[0].evaluations in (41 - 2, 0)
+
+
+def test_the_order_of_states_does_not_matter(model: Models) -> None:
+    shuffled, ordered = (
+        warmed(model, name, 40, 0.05, 1e-7, stride=stride)[0]
+        for name, stride in (("heat_silent", 7), ("heat_ordered", 1))
+    )
+    assert (shuffled.steps, shuffled.evaluations) == (ordered.steps, ordered.evaluations)
 
 
 def test_reactions_that_diffuse(model: Models) -> None:
@@ -153,6 +163,10 @@ OUT int arrange(int n, const int64_t *start, const int *rows, int *colour, int *
     const int colours = p.colours;
     pattern_free(&p);
     return colours;
+}
+OUT double work(int n, const int64_t *start, const int *rows, int *order)
+{
+    return elimination_order(n, (const int64_t *[]){start, start}, (const int *[]){rows, rows}, order);
 }
 OUT int solve_sparse(int n, const int64_t *start, const int *rows, const double *jacobian, const double *shift,
                      int *order, double *b, double complex *c)
@@ -274,12 +288,15 @@ def test_what_is_solved_by_entries(compiled: ctypes.CDLL) -> None:
         plate |= {pair for other in neighbours for pair in ((k, other), (other, k))}
     rod = {(k, i) for k in range(100) for i in range(max(0, k - 1), min(100, k + 2))}
     hub = {pair for k in range(100) for pair in ((k, k), (0, k), (k, 0))}
-    for n, entries, sparse in ((side * side, plate, 1), (100, rod, 0), (100, hub, 1)):
+    compiled.work.restype = ctypes.c_double
+    # of a hub each state but one has one neighbour left, and of a rod; of the plate as a bound
+    for n, entries, sparse, work in ((side * side, plate, 1, 250e3), (100, rod, 0, 99), (100, hub, 1, 99)):
         columns, rows = np.array(sorted(entries)).T
         start, rows = np.searchsorted(columns, np.arange(n + 1)), rows.astype(np.int32)
         colour, place, band = (np.zeros(size, dtype=np.int32) for size in (n, n, 3))
         compiled.arrange(n, *map(pointer, (start, rows, colour, place, band)))
         assert band[2] == sparse
+        assert compiled.work(n, *map(pointer, (start, rows, colour))) <= work
 
 
 def test_modes_of_a_plate(model: Models) -> None:

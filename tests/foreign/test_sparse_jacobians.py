@@ -290,7 +290,7 @@ def test_what_is_solved_by_entries(compiled: ctypes.CDLL) -> None:
     hub = {pair for k in range(100) for pair in ((k, k), (0, k), (k, 0))}
     compiled.work.restype = ctypes.c_double
     # of a hub each state but one has one neighbour left, and of a rod; of the plate as a bound
-    for n, entries, sparse, work in ((side * side, plate, 1, 250e3), (100, rod, 0, 99), (100, hub, 1, 99)):
+    for n, entries, sparse, work in ((side * side, plate, 1, 200e3), (100, rod, 0, 99), (100, hub, 1, 99)):
         columns, rows = np.array(sorted(entries)).T
         start, rows = np.searchsorted(columns, np.arange(n + 1)), rows.astype(np.int32)
         colour, place, band = (np.zeros(size, dtype=np.int32) for size in (n, n, 3))

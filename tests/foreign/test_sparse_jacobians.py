@@ -166,7 +166,7 @@ OUT int arrange(int n, const int64_t *start, const int *rows, int *colour, int *
 }
 OUT double work(int n, const int64_t *start, const int *rows, int *order)
 {
-    return elimination_order(n, (const int64_t *[]){start, start}, (const int *[]){rows, rows}, order);
+    return elimination_order(n, (const int64_t *[]){start, start}, (const int *[]){rows, rows}, 1e9, order);
 }
 OUT int solve_sparse(int n, const int64_t *start, const int *rows, const double *jacobian, const double *shift,
                      int *order, double *b, double complex *c)
@@ -174,7 +174,7 @@ OUT int solve_sparse(int n, const int64_t *start, const int *rows, const double 
     Pattern p = {0};
     Factors of_real = {0}, of_complex = {0};
     const int fits = pattern_set(&p, n, start, rows)
-                     && elimination_order(n, (const int64_t *[]){start, start}, (const int *[]){rows, rows}, order) >= 0
+                     && work(n, start, rows, order) >= 0
                      && sparse_new(&of_real, n, order, sizeof(double)) && sparse_new(&of_complex, n, order, sizeof *c);
     int regular = 0;
     for (int round = 0; round < 2 && fits; round++)

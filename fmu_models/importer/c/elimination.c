@@ -91,7 +91,7 @@ static int eliminate(Graph *g, int state, int round)
     return members.n;
 }
 
-double elimination_order(int n, const int64_t *starts[2], const int *lists[2], int *order)
+double elimination_order(int n, const int64_t *starts[2], const int *lists[2], double most, int *order)
 {
     Graph g = {.near = calloc((size_t)n + 1, sizeof(List)), .cliques = calloc((size_t)n + 1, sizeof(List))};
     g.mark = calloc(2 * (size_t)n + 1, sizeof *g.mark);
@@ -112,7 +112,7 @@ double elimination_order(int n, const int64_t *starts[2], const int *lists[2], i
         g.degree[i] = g.near[i].n;
     }
     if (g.mark) memset(g.mark, 0, (size_t)n * sizeof *g.mark);
-    for (int k = 0; k < n && !g.fails; k++) {
+    for (int k = 0; k < n && !g.fails && work <= most; k++) {
         int least = -1;
         for (int i = 0; i < n; i++)
             if (g.degree[i] >= 0 && (least < 0 || g.degree[i] < g.degree[least])) least = i;
@@ -128,5 +128,5 @@ double elimination_order(int n, const int64_t *starts[2], const int *lists[2], i
     free(g.cliques);
     free(g.mark);
     free(g.seen);
-    return g.fails ? -1.0 : work;
+    return g.fails || work > most ? -1.0 : work;
 }

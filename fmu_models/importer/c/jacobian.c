@@ -116,6 +116,7 @@ static Outcome search_pattern(Master *m)
             rows[used++] = i;
         }
         start[j + 1] = used;
+        if (outcome == FINE && used > MOST_STORED) outcome = field_report(m, RUN_TOO_LARGE, m->t, n, (double)used);
     }
     if (outcome == FINE && !(start && rows)) outcome = field_report(m, RUN_TOO_LARGE, m->t, n, (double)used);
     if (outcome == FINE && (missed || !p->start)) {

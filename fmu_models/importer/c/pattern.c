@@ -128,9 +128,9 @@ static void eliminate_sparsely(Pattern *p, const Pattern *rows, int n)
     const double band = (double)n * p->band.lower * (p->band.lower + p->band.upper);
     if (p->band.lower < PATTERN_NARROW) return;
     int *order = p->place + 3 * n;
-    const double work =
-        elimination_order(n, (const int64_t *[]){p->start, rows->start}, (const int *[]){p->row, rows->row}, order);
-    if (work < 0.0 || LOOKING * work > band) return;
+    const double most = band / LOOKING;
+    const int64_t *starts[] = {p->start, rows->start};
+    if (elimination_order(n, starts, (const int *[]){p->row, rows->row}, most, order) < 0.0) return;
     p->elimination = order;
     for (int i = 0; i < n; i++)
         p->place[i] = i;

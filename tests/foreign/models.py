@@ -103,6 +103,7 @@ MODELS = {
     "heat_1000": replace(heat(1000), parameters=(), first_rate=2001, options=("-DNX=1000", "-DRATES=2001")),
     "ring": Foreign(_numbered(40), (1.0,) * 40, (("rate", 1e3),), ("touch",), indicators=1, depends=(21,)),
     "plate": Foreign(_numbered(324), (0.0,) * 324, first_rate=1001),
+    "crowd": Foreign(_numbered(6000), (1.0,) * 6000, first_rate=10001),
     "brusselator": Foreign(_numbered(50), (1.0,) * 25 + (3.0,) * 25, (("d", 0.02),)),
     "hub": Foreign(_numbered(41), (0.0,) * 41, (("rate", 1e3),)),
     "toggle": Foreign(("x",), (1.0,), (), ("sign",), indicators=1),

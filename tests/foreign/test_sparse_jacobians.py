@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import root_scalar
 
+from fmu_models.importer.motion_error import MotionError
 from fmu_models.importer.simulate import simulate_any
 from fmu_models.simulation.trajectory import Trajectory
 from fmu_models.toolchain.compiler import compile_shared
@@ -126,6 +127,14 @@ def test_a_thousand_cells(model: Models, fmi: int) -> None:
     run, error = warmed(model, "heat_1000", 1000, 0.1, 1e-8)
     assert error < 1e-7
     assert run.evaluations < 2000 + 1000 * (fmi == 1)
+
+
+@pytest.mark.nightly
+def test_more_than_there_is_room_for(model: Models) -> None:
+    with pytest.raises(MotionError, match="for 6000 states at t = 0 s, with more numbers"):
+        simulate_any(model("crowd"), 0.01, method="stiff", record=[])
+    run = simulate_any(model("crowd"), 0.01, method="dopri5", tolerance=1e-8, record=[], output_times=[0.0, 0.01])
+    assert abs(run["x17"][-1] - np.exp(-10.0)) < 1e-9
 
 
 @pytest.fixture(scope="module")

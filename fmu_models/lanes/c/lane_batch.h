@@ -5,12 +5,13 @@ typedef struct {
     LaneTable *table[LANES_W];
     const LaneMode *mode[LANES_W];
     int64_t slot[LANES_W];
-    int count, before[LANES_W]; /* how many; the mode at the beginning of the batch */
+    int count; /* how many */
     M there, released;
     V z[LANES_Z], left, longest;
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
-    M known[LANES_NG];                 /* how many times over a guard is zero at the start */
-    V tangent[MODEL_NX + 1][MODEL_NX]; /* in pairs */
+    M known[LANES_NG]; /* how many times over a guard is zero at the start */
+    /* differences, in pairs; at an event by how much later neighbours meet it, and the rates of the harmonics there */
+    V tangent[MODEL_NX + 1][MODEL_NX], later[MODEL_NX], turn[2 * LANES_NH];
 } NAME(Batch);
 
 #include "lane_variation.h"
@@ -44,7 +45,6 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         b->lane[l] = &pool->lanes[slot];
         b->table[l] = &pool->tables[slot];
         b->mode[l] = &b->table[l]->mode[b->lane[l]->mode];
-        b->before[l] = b->lane[l]->mode;
         b->there[l] = l < b->count ? -1 : 0;
     }
     for (int j = 0; j < LANES_Z; j++)
@@ -77,22 +77,19 @@ static void NAME(pass_on)(Pool *pool, int64_t slot)
     pool_queue(pool, slot, !mode->on_grid && lane->left >= mode->longest ? QUEUE_STRIDE : QUEUE_SERIES);
 }
 
-/* the event of guard g in a lane */
-static void NAME(happen)(Pool *pool, int64_t slot, int g, int64_t directions)
+/* the event of guard g in a lane; fall: NULL, or that of its differences */
+static void NAME(happen)(Pool *pool, int64_t slot, int g, const Fall *fall)
 {
-    Fall fall;
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
     const int was_on_grid = t->mode[lane->mode].on_grid;
     const double before = t->h * lane->goal - lane->left;
     double time = before;
-    fall.mode = lane->mode;
-    memcpy(fall.z, lane->z, sizeof fall.z);
     const int told = lane_event(pool, slot, g, &time);
-    if (directions > 0 && !told)
+    if (fall && !told)
         lane->failed = 1;
-    else if (directions > 0)
-        tangents_jump(t, lane, &fall, lane->z, g, directions);
+    else if (fall)
+        tangents_jump(t, lane, fall, pool->directions);
     /* away from home nothing is to be done at the points of the grid */
     const int on_grid = t->mode[lane->mode].on_grid;
     if (on_grid != was_on_grid || time != before) {

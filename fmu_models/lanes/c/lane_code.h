@@ -47,6 +47,8 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
 {
     const int64_t groups = (pool->motions + LANES_W - 1) / LANES_W;
     int most = 0;
+    for (int64_t group = 0; group < groups && pool->directions > 0; group++)
+        NAME(begin_tangents)(pool, group, NAME(home)(pool, group)->group.tangent);
     for (int64_t slot = 0; slot < pool->motions; slot++) {
         NAME(Group) *g = NAME(group)(pool, slot);
         const int steps = pool->tables[slot].steps;
@@ -58,11 +60,13 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
             continue;
         }
         lane->goal = lane->rounds = 0;
-        tangents_begin(pool, slot);
+        for (int i = 0; i < MODEL_NX; i++)
+            AT(g->x[i], slot % LANES_W) = lane->z[i];
         if (pool->tables[slot].mode[lane->mode].home >= 0)
-            NAME(to_group)(pool, slot);
+            NAME(arrive)(pool, g, slot);
         else
             NAME(go_alone)(pool, slot, 0);
+        tangents_held(&pool->tables[slot], lane, pool->directions);
         most = steps > most ? steps : most;
     }
     NAME(events)(pool);
@@ -71,14 +75,22 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
             NAME(advance)(pool, group, at);
         NAME(events)(pool);
     }
-    for (int64_t slot = 0; slot < pool->motions; slot++) {
-        const NAME(Group) *g = NAME(group)(pool, slot);
-        Lane *lane = &pool->lanes[slot];
-        if (!motions[slot].wanted) continue;
-        for (int i = 0; i < MODEL_NX; i++)
-            lane->z[i] = AT(g->x[i], slot % LANES_W);
-        if (!lane->failed) tangents_end(pool, slot);
-        lane_end(pool, slot, &motions[slot], !lane->failed);
+    for (int64_t group = 0; group < groups; group++) {
+        NAME(Group) *g = &NAME(home)(pool, group)->group;
+        M there = NAME(none)();
+        M losing = NAME(none)();
+        for (int l = 0; l < LANES_W && group * LANES_W + l < pool->motions; l++) {
+            const int64_t slot = group * LANES_W + l;
+            Lane *lane = &pool->lanes[slot];
+            if (!motions[slot].wanted) continue;
+            for (int i = 0; i < MODEL_NX; i++)
+                lane->z[i] = AT(g->x[i], l);
+            there[l] = lane->failed ? 0 : -1;
+            losing[l] = lane_loses(&motions[slot], &lane->motion) ? -1 : 0;
+            if (!lane->failed) tangents_end(&pool->tables[slot], lane);
+            lane_end(pool, slot, &motions[slot], !lane->failed);
+        }
+        if (pool->directions > 0) NAME(end_tangents)(pool, group, g->tangent, there, losing);
     }
 }
 

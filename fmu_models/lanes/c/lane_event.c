@@ -134,9 +134,9 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
     int64_t *known = lane->known;
     const int c = lanes_guard_contact[g];
     signed char falls[LANES_NG];
-    const int before = lane->motion.state[c];
     int alone = 1, decided = 0;
     memset(known, 0, sizeof lane->known);
+    lane->struck = -1;
     if (t->mode[lane->mode].held_count == 0 && lanes_compliant[c]) {
         stop(t, lane, z, g, *time, known);
         return 1;
@@ -146,10 +146,7 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
         alone &= e == g || !falls[e];
     if (alone) decided = lane_transition(t, lane, z, g, *time, known);
     if (!decided) ask(pool, slot, z, falls, time, known);
-    /* neighbours come to rest where an impact does, and rub by another friction */
-    const int lands = lanes_impulsive[c] && before == CONTACT_AWAY
-                      && (lanes_partner[c] || lane->motion.state[c] != CONTACT_AWAY);
-    return decided && !lands;
+    return decided;
 }
 
 int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
@@ -159,8 +156,6 @@ int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
     if (!motion->wanted || !t->usable) return 0;
     const int mode = table_mode(motion->state);
     if (mode < 0 || !table_at(t, mode)->usable) return 0;
-    /* of a difference only what leaves a contact held goes on: the engine takes the rest out */
-    if (pool->directions > 0 && t->mode[mode].held_count > 0) return 0;
     lane->motion = *motion;
     lane->mode = mode;
     lane->failed = 0;
@@ -186,4 +181,12 @@ void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
     for (int c = 0; c < MODEL_NC; c++)
         motion->since[c] -= t->period;
     motion->decided = 1;
+}
+
+int lane_loses(const LaneMotion *from, const LaneMotion *to)
+{
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        any |= !lanes_compliant[c] && (to->began[c] != from->began[c] || lane_holds(from->state, c));
+    return any;
 }

@@ -18,3 +18,5 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time);
 int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion);
 /* hand it back; done: it is at the end of the period */
 void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done);
+/* whether differences may have been lost on the way from a strobe to the next: a contact was closed or stuck */
+int lane_loses(const LaneMotion *from, const LaneMotion *to);

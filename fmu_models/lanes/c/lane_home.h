@@ -2,7 +2,8 @@
 /* where the motions of a group are: points of the grid are counted so that all end at LANES_GRID */
 typedef struct {
     V x[MODEL_NX];
-    V at[LANES_HOMES]; /* the point where it is at home in this mode; -1: in another, or away */
+    V tangent[MODEL_NX][MODEL_NX]; /* differences of neighbours */
+    V at[LANES_HOMES];             /* the point where it is at home in this mode; -1: in another, or away */
 } NAME(Group);
 
 /* numbers of the steps of a group in one home mode, a column per motion */
@@ -55,6 +56,7 @@ static void NAME(clear_groups)(Pool *pool)
     for (int64_t group = 0; group * LANES_W < pool->motions; group++) {
         NAME(Group) *g = &NAME(home)(pool, group)->group;
         memset(g->x, 0, sizeof g->x);
+        memset(g->tangent, 0, sizeof g->tangent);
         for (int h = 0; h < LANES_HOMES; h++)
             g->at[h] = NAME(fill)(-1.0);
     }
@@ -66,7 +68,6 @@ static INLINE void NAME(arrive)(Pool *pool, NAME(Group) * g, int64_t slot)
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
     const int home = t->mode[lane->mode].home;
-    lane->brought = lane->goal;
     if (home < 0) return;
     if (!(lane->settled & 1u << home)) {
         NAME(settle)(pool, slot, home);
@@ -81,6 +82,9 @@ static void NAME(to_group)(Pool *pool, int64_t slot)
     NAME(Group) *g = NAME(group)(pool, slot);
     for (int i = 0; i < MODEL_NX; i++)
         AT(g->x[i], slot % LANES_W) = pool->lanes[slot].z[i];
+    for (int n = 0; n < pool->directions; n++)
+        for (int i = 0; i < MODEL_NX; i++)
+            AT(g->tangent[n][i], slot % LANES_W) = pool->lanes[slot].tangent[n][i];
     NAME(arrive)(pool, g, slot);
 }
 
@@ -90,10 +94,13 @@ static INLINE void NAME(go_alone)(Pool *pool, int64_t slot, int k)
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
     const LaneMode *mode = &t->mode[lane->mode];
+    NAME(Group) *g = NAME(group)(pool, slot);
     for (int j = 0; j < 2 * LANES_HARMONICS; j++)
         lane->z[MODEL_NX + j] = t->phasor[lane_point(k)][j];
     memset(lane->known, 0, sizeof lane->known);
-    tangents_bring(pool, slot, k);
+    for (int n = 0; n < pool->directions; n++)
+        for (int i = 0; i < MODEL_NX; i++)
+            lane->tangent[n][i] = AT(g->tangent[n][i], slot % LANES_W);
     lane->goal = mode->on_grid ? k + 1 : t->steps;
     lane->left = t->h * (lane->goal - k);
     pool_queue(pool, slot, mode->home >= 0 ? QUEUE_EVENT : mode->on_grid ? QUEUE_SERIES : QUEUE_STRIDE);
@@ -144,6 +151,13 @@ static INLINE void NAME(advance)(Pool *pool, int64_t group, int at)
             clear &= NAME(least)(g0[c], g1[c]) > bound[c];
         for (int i = 0; i < MODEL_NX; i++)
             g->x[i] = NAME(pick)(clear, next[i], g->x[i]);
+        for (int n = 0; n < pool->directions; n++) {
+            for (int i = 0; i < MODEL_NX; i++)
+                next[i] = NAME(fill)(0.0);
+            LANES_STEP_SUMS(s->step, g->tangent[n], next);
+            for (int i = 0; i < MODEL_NX; i++)
+                g->tangent[n][i] = NAME(pick)(clear, next[i], g->tangent[n][i]);
+        }
         g->at[home] = NAME(pick)(clear, NAME(fill)((double)(at + 1)), g->at[home]);
         stopped |= here & ~clear;
     }

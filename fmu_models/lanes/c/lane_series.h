@@ -58,13 +58,7 @@ static INLINE void NAME(guards)(const NAME(Batch) * b, V (*y)[LANES_Z], int to, 
 static INLINE void NAME(guard_line)(const NAME(Batch) * b, const V *z, V *value, V *rate)
 {
     V along[LANES_Z];
-    LANES_FLOW(b->flow, z, along);
-    for (int i = 0; i < MODEL_NX; i++)
-        along[i] += b->constant[i];
-    for (int j = 0; j < LANES_HARMONICS; j++) {
-        along[MODEL_NX + 2 * j] = -(b->wave[j] * z[MODEL_NX + 2 * j + 1]);
-        along[MODEL_NX + 2 * j + 1] = b->wave[j] * z[MODEL_NX + 2 * j];
-    }
+    NAME(rates)(b, z, along);
     for (int g = 0; g < LANES_GUARDS; g++) {
         value[g] = b->guard_constant[g];
         rate[g] = NAME(fill)(0.0);
@@ -194,7 +188,9 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
             NAME(Group) *g = NAME(group)(pool, b->slot[l]);
             for (int i = 0; i < MODEL_NX; i++)
                 AT(g->x[i], b->slot[l] % LANES_W) = b->z[i][l];
-            NAME(save_tangents)(pool, b, l);
+            for (int n = 0; n < pool->directions; n++)
+                for (int i = 0; i < MODEL_NX; i++)
+                    AT(g->tangent[n][i], b->slot[l] % LANES_W) = b->tangent[n][i][l];
             NAME(arrive)(pool, g, b->slot[l]);
             continue;
         }
@@ -203,7 +199,7 @@ static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
             pool_queue(pool, b->slot[l], QUEUE_EVENT);
             continue;
         }
-        if (gone[l] >= 0.0) NAME(happen)(pool, b->slot[l], (int)gone[l], 0);
+        if (gone[l] >= 0.0) NAME(happen)(pool, b->slot[l], (int)gone[l], NULL);
         NAME(pass_on)(pool, b->slot[l]);
     }
 }

@@ -28,8 +28,7 @@ enum {
     LANES_NHG = MODEL_ROOM(LANES_HOME_GUARDS),
     /* steps of the grid, at most, and of how many points there are numbers: those of what nothing forces are all alike */
     LANES_GRID = LANES_HARMONICS > 0 ? 128 : 4096,
-    LANES_POINTS = LANES_HARMONICS > 0 ? LANES_GRID + 1 : 1,
-    LANES_POWERS = LANES_HARMONICS > 0 ? 8 : 13 /* of two, up to that */
+    LANES_POINTS = LANES_HARMONICS > 0 ? LANES_GRID + 1 : 1
 };
 
 /* which numbers those of point k of the grid are */
@@ -78,7 +77,6 @@ typedef struct {
 
 typedef struct {
     double step[LANES_STEP], forced[LANES_POINTS][MODEL_NX];
-    double power[LANES_POWERS][LANES_STEP]; /* 1, 2, 4, ... steps, without what is forced */
     double guard[LANES_NHOME], guard_constant[LANES_POINTS][LANES_NHG];
     double bound[LANES_NBOUND], bound_constant[LANES_NHG];
 } HomeStep;

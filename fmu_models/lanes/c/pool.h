@@ -10,11 +10,10 @@ typedef struct {
     int64_t known[LANES_NG]; /* how many times over a guard is zero now without falling; LANES_ZERO: it stays so */
     int goal, rounds;        /* that point; sub-steps in this period */
     int mode;
-    unsigned settled; /* a bit for each home mode whose numbers its group has */
-    int failed;       /* not decided: the series of the engine make this step */
-    /* differences of neighbours, and up to which point of the grid their steps at home are made */
-    double tangent[MODEL_NX][MODEL_NX];
-    int brought;
+    unsigned settled;                   /* a bit for each home mode whose numbers its group has */
+    int failed;                         /* not decided: the series of the engine make this step */
+    double tangent[MODEL_NX][MODEL_NX]; /* differences of neighbours */
+    int struck, friction; /* by its last event: which contact had an impact, -1: none, and how it rubbed */
     LaneMotion motion;
 } Lane;
 
@@ -34,17 +33,14 @@ typedef struct {
     LaneResolve resolve; /* what decides events that lanes leave, and whom it asks for */
     void *context;
     double *columns; /* of the home steps, group by group (lane_home.h) */
-    /* differences that are followed, motion by motion, as the caller has them */
+    /* differences that are followed, and their growth, as the caller has them */
     int64_t directions;
-    double *tangents;
+    double *tangents, *growth;
 } Pool;
 
 /* what decays comes to zero at a strobe: numbers near the least ones slow down some processors, and would stay there */
-static inline double pool_flushed(double a)
-{
-    const double LEAST = 1e-280;
-    return fabs(a) < LEAST ? 0.0 : a;
-}
+#define POOL_LEAST 1e-280
+static inline double pool_flushed(double a) { return fabs(a) < POOL_LEAST ? 0.0 : a; }
 
 static inline void pool_queue(Pool *pool, int64_t slot, int which)
 {

@@ -66,7 +66,7 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
             NAME(arrive)(pool, g, slot);
         else
             NAME(go_alone)(pool, slot, 0);
-        tangents_held(&pool->tables[slot], lane, pool->directions);
+        if (pool->growth) tangents_held(&pool->tables[slot], lane, pool->directions);
         most = steps > most ? steps : most;
     }
     NAME(events)(pool);

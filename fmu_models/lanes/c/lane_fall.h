@@ -93,62 +93,78 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
     return fell;
 }
 
-/* differences of neighbours through the events of some lanes, whose states were others before */
-static __attribute__((noinline)) void NAME(jump)(const Pool *pool, NAME(Batch) * b, const V *before, M fell, V guard)
+/* differences of neighbours through the events of some lanes, whose states and modes were others before */
+static __attribute__((noinline)) void NAME(jump)(const Pool *pool, NAME(Batch) * b, const V *before, const int *mode,
+                                                 M fell, V guard)
 {
     for (int l = 0; l < b->count; l++) {
-        Lane *lane = b->lane[l];
-        double z[LANES_Z];
         Fall fall;
         if (!fell[l]) continue;
-        fall.mode = b->before[l];
-        for (int j = 0; j < LANES_Z; j++) {
+        fall.mode = mode[l];
+        for (int j = 0; j < LANES_Z; j++)
             fall.z[j] = before[j][l];
-            z[j] = b->z[j][l];
-        }
-        NAME(save_tangents)(pool, b, l);
-        tangents_jump(b->table[l], lane, &fall, z, (int)guard[l], pool->directions);
-        for (int n = 0; n < pool->directions; n++)
-            for (int i = 0; i < MODEL_NX; i++)
-                AT(b->tangent[n][i], l) = lane->tangent[n][i];
+        NAME(keep)(pool, b, l);
+        tangents_jump(b->table[l], b->lane[l], &fall, b->lane[l]->z, (int)guard[l], pool->directions);
+        NAME(fetch)(pool, b, l);
     }
 }
 
-/* a sub-step in which some guard may fall */
-static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
+/* the event of guard g in a lane */
+static void NAME(happen)(Pool *pool, NAME(Batch) * b, int l, int g, int64_t directions)
 {
-    NAME(Batch) b;
+    Fall fall;
+    Lane *lane = b->lane[l];
+    const LaneTable *t = b->table[l];
+    const int was_on_grid = b->mode[l]->on_grid;
+    NAME(keep)(pool, b, l);
+    const double before = t->h * lane->goal - lane->left;
+    double time = before;
+    fall.mode = lane->mode;
+    for (int j = 0; j < LANES_Z; j++)
+        fall.z[j] = lane->z[j];
+    const int told = lane_event(pool, b->slot[l], g, &time);
+    if (directions > 0 && !told)
+        lane->failed = 1;
+    else if (directions > 0)
+        tangents_jump(t, lane, &fall, lane->z, g, directions);
+    NAME(fetch)(pool, b, l);
+    if (b->mode[l]->on_grid != was_on_grid || time != before) NAME(go_to)(b, l, time);
+}
+
+/* a sub-step of some lanes in which some guard may fall */
+static __attribute__((noinline)) void NAME(event)(Pool *pool, NAME(Batch) * b, M some)
+{
     V y[LANES_ORDER + 1][LANES_Z];
     V q[LANES_NG][LANES_ORDER + 1];
     V guard, before[LANES_Z];
     M undecided;
-    NAME(gather)(pool, QUEUE_EVENT, &b);
-    const V h = NAME(least)(b.left, b.longest);
-    NAME(expand)(&b, h, y);
-    NAME(guards)(&b, y, LANES_ORDER, q);
-    NAME(left_now)(&b, q);
+    int mode[LANES_W];
+    const V h = NAME(least)(b->left, b->longest);
+    NAME(expand)(b, h, y);
+    NAME(guards)(b, y, LANES_ORDER, q);
+    NAME(left_now)(b, q, some);
     for (int g = 0; g < LANES_GUARDS; g++) {
-        NAME(deflate)(q[g], b.known[g]);
-        b.known[g] = NAME(none)();
+        NAME(deflate)(q[g], b->known[g]);
+        b->known[g] &= ~some;
     }
-    const V u = NAME(search)(q, b.there, &guard, &undecided);
-    NAME(go)(&b, y, h, u);
-    NAME(vary)(&b, h * u, pool->directions);
-    const M fell = b.there & ~undecided & (guard >= NAME(fill)(0.0));
-    if (pool->directions > 0) memcpy(before, b.z, sizeof before);
-    const M special = NAME(switches)(&b, NAME(impacts)(&b, fell, guard), guard);
-    if (pool->directions > 0) NAME(jump)(pool, &b, before, fell & ~special, guard);
-    /* motions whose states are known here go on at once */
-    const M on = b.there & ~undecided & ~special & (b.left > NAME(fill)(0.0));
-    for (int l = 0; l < b.count; l++) {
-        if (on[l]) continue;
-        NAME(keep)(pool, &b, l);
-        b.lane[l]->failed |= undecided[l] != 0;
-        if (special[l]) NAME(happen)(pool, b.slot[l], (int)guard[l], pool->directions);
-        NAME(pass_on)(pool, b.slot[l]);
+    const V u = NAME(search)(q, some, &guard, &undecided);
+    NAME(go)(b, y, h, u, some);
+    NAME(vary)(b, NAME(pick)(some, h * u, NAME(fill)(0.0)), pool->directions);
+    const M fell = some & ~undecided & (guard >= NAME(fill)(0.0));
+    if (pool->directions > 0) {
+        memcpy(before, b->z, sizeof before);
+        for (int l = 0; l < LANES_W; l++)
+            mode[l] = b->lane[l]->mode;
     }
-    if (NAME(any)(on)) {
-        if (LANES_SWITCHES) NAME(gather_mode)(&b);
-        NAME(series)(pool, &b, on);
+    M special = NAME(switches)(b, NAME(impacts)(b, fell, guard), guard);
+    special &= ~NAME(stops)(b, special, guard);
+    if (pool->directions > 0) NAME(jump)(pool, b, before, mode, fell & ~special, guard);
+    for (int l = 0; l < b->count; l++) {
+        if (!some[l]) continue;
+        b->lane[l]->rounds++;
+        b->lane[l]->failed |= undecided[l] != 0;
+        if (special[l]) NAME(happen)(pool, b, l, (int)guard[l], pool->directions);
+        NAME(pass_on)(pool, b, l);
     }
+    if (LANES_SWITCHES || NAME(any)(special)) NAME(gather_mode)(b);
 }

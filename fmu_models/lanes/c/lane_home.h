@@ -72,7 +72,9 @@ static INLINE void NAME(arrive)(Pool *pool, NAME(Group) * g, int64_t slot)
         NAME(settle)(pool, slot, home);
         lane->settled |= 1u << home;
     }
-    AT(g->at[home], slot % LANES_W) = LANES_GRID - t->steps + lane->goal;
+    const int at = LANES_GRID - t->steps + lane->goal;
+    AT(g->at[home], slot % LANES_W) = at;
+    pool->earliest = at < pool->earliest ? at : pool->earliest;
 }
 
 /* the same with states from its record */

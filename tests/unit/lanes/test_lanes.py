@@ -104,8 +104,11 @@ def test_results_are_the_same_bits_for_any_number_of_lanes(name, monkeypatch):
     assert widest is not None and widest.lanes == steppers[-1].lanes
     made = []
     for stepper in steppers:
-        monkeypatch.setitem(vars(system), "_lanes", stepper)
-        made.append(system.run(jobs, GO))
+        with monkeypatch.context() as patch:
+            patch.setitem(vars(system.backend), "stepper", lambda _, one=stepper: one)
+            made.append(system.run(jobs, GO))
+    # events of few motions come at other times
+    assert [system.backend.stepper(motions).lanes for motions in (1, 3, 4, 64)] == [1, 1, 2, widest.lanes]
     alone = np.concatenate([system.run(jobs.part(i, i + 1), GO).points for i in range(len(jobs))])
     for one in made:
         assert np.array_equal(one.points, alone)
@@ -129,7 +132,7 @@ def test_contacts_stick_close_and_jam_in_lanes(name, monkeypatch):
     for width in (1, 2, 4, 8):
         stepper = lanes_of(system.fmu).stepper(width)
         if stepper is not None:
-            monkeypatch.setitem(vars(system), "_lanes", stepper)
+            monkeypatch.setitem(vars(system.backend), "stepper", lambda _, one=stepper: one)
             assert np.array_equal(system.run(part, GO).points, lanes.points[20:33])
 
 

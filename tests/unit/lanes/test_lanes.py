@@ -29,6 +29,7 @@ from fmu_models.lowering.piecewise_linear import obstacles
 from fmu_models.oscillators import MODELS
 from fmu_models.oscillators import load as declaration
 from fmu_models.report.model_sheet import sheet
+from fmu_models.sections.engine import LanesBackend
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.run import simulate
 
@@ -108,7 +109,9 @@ def test_results_are_the_same_bits_for_any_number_of_lanes(name, monkeypatch):
             patch.setitem(vars(system.backend), "stepper", lambda _, one=stepper: one)
             made.append(system.run(jobs, GO))
     # events of few motions come at other times
-    assert [system.backend.stepper(motions).lanes for motions in (1, 3, 4, 64)] == [1, 1, 2, widest.lanes]
+    assert isinstance(system.backend, LanesBackend)
+    chosen = [system.backend.stepper(motions) for motions in (1, 3, 4, 64)]
+    assert [one and one.lanes for one in chosen] == [1, 1, 2, widest.lanes]
     alone = np.concatenate([system.run(jobs.part(i, i + 1), GO).points for i in range(len(jobs))])
     for one in made:
         assert np.array_equal(one.points, alone)

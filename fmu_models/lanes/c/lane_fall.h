@@ -94,52 +94,57 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
     return fell;
 }
 
-/* the fall of lane l for its differences */
-static INLINE void NAME(fall_of)(const NAME(Batch) * b, int l, int64_t directions, Fall *fall)
+/* the event of guard g in lane l, which other rules than those of a batch decide */
+static void NAME(happen)(Pool *pool, NAME(Batch) * b, int l, int g)
 {
-    for (int n = 0; n < directions; n++)
-        fall->later[n] = b->later[n][l];
-    for (int j = 0; j < 2 * LANES_HARMONICS; j++)
-        fall->turn[j] = b->turn[j][l];
+    Fall fall;
+    Lane *lane = b->lane[l];
+    const LaneTable *t = b->table[l];
+    const int was_on_grid = b->mode[l]->on_grid;
+    NAME(keep)(pool, b, l);
+    const double before = t->h * lane->goal - lane->left;
+    double time = before;
+    for (int n = 0; n < pool->directions; n++)
+        fall.later[n] = b->later[n][l];
+    for (int j = 0; j < 2 * LANES_HARMONICS && pool->directions > 0; j++)
+        fall.turn[j] = b->turn[j][l];
+    const int told = lane_event(pool, b->slot[l], g, &time);
+    if (pool->directions > 0 && told) tangents_jump(t, lane, &fall, pool->directions);
+    lane->failed |= pool->directions > 0 && !told;
+    NAME(fetch)(pool, b, l);
+    if (b->mode[l]->on_grid != was_on_grid || time != before) NAME(go_to)(b, l, time);
 }
 
-/* a sub-step in which some guard may fall */
-static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
+/* a sub-step of some lanes in which some guard may fall */
+static __attribute__((noinline)) void NAME(event)(Pool *pool, NAME(Batch) * b, M some)
 {
-    NAME(Batch) b;
     V y[LANES_ORDER + 1][LANES_Z];
     V q[LANES_NG][LANES_ORDER + 1];
     V guard;
     M undecided;
-    Fall fall;
-    NAME(gather)(pool, QUEUE_EVENT, &b);
-    const V h = NAME(least)(b.left, b.longest);
-    NAME(expand)(&b, h, y);
-    NAME(guards)(&b, y, LANES_ORDER, q);
-    NAME(left_now)(&b, q);
+    const V h = NAME(least)(b->left, b->longest);
+    NAME(expand)(b, h, y);
+    NAME(guards)(b, y, LANES_ORDER, q);
+    NAME(left_now)(b, q, some);
     for (int g = 0; g < LANES_GUARDS; g++) {
-        NAME(deflate)(q[g], b.known[g]);
-        b.known[g] = NAME(none)();
+        NAME(deflate)(q[g], b->known[g]);
+        b->known[g] &= ~some;
     }
-    const V u = NAME(search)(q, b.there, &guard, &undecided);
-    NAME(go)(&b, y, h, u);
-    NAME(vary)(&b, h * u, pool->directions);
-    const M fell = b.there & ~undecided & (guard >= NAME(fill)(0.0));
-    if (pool->directions > 0) undecided |= NAME(meet)(&b, fell, guard, pool->directions);
-    const M special = NAME(switches)(&b, NAME(impacts)(&b, fell, guard, pool->directions), guard);
-    /* motions whose states are known here go on at once */
-    const M on = b.there & ~undecided & ~special & (b.left > NAME(fill)(0.0));
-    if (LANES_SWITCHES && (pool->directions > 0 || NAME(any)(on))) NAME(gather_mode)(&b);
-    if (pool->directions > 0) NAME(leave)(&b, fell & ~special, pool->directions);
-    for (int l = 0; l < b.count; l++) {
-        if (on[l]) continue;
-        NAME(keep)(pool, &b, l);
-        b.lane[l]->failed |= undecided[l] != 0;
-        if (special[l]) {
-            NAME(fall_of)(&b, l, pool->directions, &fall);
-            NAME(happen)(pool, b.slot[l], (int)guard[l], pool->directions > 0 ? &fall : NULL);
-        }
-        NAME(pass_on)(pool, b.slot[l]);
+    const V u = NAME(search)(q, some, &guard, &undecided);
+    NAME(go)(b, y, h, u, some);
+    NAME(vary)(b, NAME(pick)(some, h * u, NAME(fill)(0.0)), pool->directions);
+    const M fell = some & ~undecided & (guard >= NAME(fill)(0.0));
+    if (pool->directions > 0) undecided |= NAME(meet)(b, fell, guard, pool->directions);
+    M special = NAME(switches)(b, NAME(impacts)(b, fell, guard, pool->directions), guard);
+    special &= ~NAME(stops)(b, special, guard);
+    if (LANES_SWITCHES && pool->directions > 0) NAME(gather_mode)(b);
+    if (pool->directions > 0) NAME(leave)(b, fell & ~special, pool->directions);
+    for (int l = 0; l < b->count; l++) {
+        if (!some[l]) continue;
+        b->lane[l]->rounds++;
+        b->lane[l]->failed |= undecided[l] != 0;
+        if (special[l]) NAME(happen)(pool, b, l, (int)guard[l]);
+        NAME(pass_on)(pool, b, l);
     }
-    if (NAME(any)(on)) NAME(series)(pool, &b, on);
+    if (LANES_SWITCHES || NAME(any)(special)) NAME(gather_mode)(b);
 }

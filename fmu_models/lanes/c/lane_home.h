@@ -73,19 +73,9 @@ static INLINE void NAME(arrive)(Pool *pool, NAME(Group) * g, int64_t slot)
         NAME(settle)(pool, slot, home);
         lane->settled |= 1u << home;
     }
-    AT(g->at[home], slot % LANES_W) = LANES_GRID - t->steps + lane->goal;
-}
-
-/* the same with states from its record */
-static void NAME(to_group)(Pool *pool, int64_t slot)
-{
-    NAME(Group) *g = NAME(group)(pool, slot);
-    for (int i = 0; i < MODEL_NX; i++)
-        AT(g->x[i], slot % LANES_W) = pool->lanes[slot].z[i];
-    for (int n = 0; n < pool->directions; n++)
-        for (int i = 0; i < MODEL_NX; i++)
-            AT(g->tangent[n][i], slot % LANES_W) = pool->lanes[slot].tangent[n][i];
-    NAME(arrive)(pool, g, slot);
+    const int at = LANES_GRID - t->steps + lane->goal;
+    AT(g->at[home], slot % LANES_W) = at;
+    pool->earliest = at < pool->earliest ? at : pool->earliest;
 }
 
 /* a lane goes on by itself from point k of its grid */

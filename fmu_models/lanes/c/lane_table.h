@@ -60,6 +60,8 @@ typedef struct {
     int on_grid;     /* its flow is that of a home mode */
     int crossed[NC]; /* the mode on the other side of a switch */
     int plain;       /* an impact of a smooth wall changes nothing but velocities */
+    int held_count;  /* contacts that forces hold */
+    int walled;      /* its origin lies on the wall of a stop */
     double rate, longest;
     double shift[MODEL_NX];
     double flow[LANES_NF], constant[MODEL_NX];
@@ -68,9 +70,9 @@ typedef struct {
     double tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
     /* away from home: states and harmonics after the longest sub-step */
     double stride[MODEL_NX][LANES_Z + 1], turn[2 * LANES_NH];
-    /* contacts that forces hold, and what a slip speed of one, or its depth in a wall, adds to the states so that it has
+    /* those contacts, and what a slip speed of one, or its depth in a wall, adds to the states so that it has
        none */
-    int held_count, held[NC];
+    int held[NC];
     double no_slip[NC][MODEL_NX], on_wall[NC][MODEL_NX];
     Full full;
 } LaneMode;

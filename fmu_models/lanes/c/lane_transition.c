@@ -86,18 +86,8 @@ static void note(Lane *lane, int c, int after, int struck, double time)
     m->began[c] += rigid ? !held : holds && !held;
 }
 
-/* the lane goes on in these states; struck: a rigid contact that has had an impact, -1: none */
-static void take(LaneTable *t, Lane *lane, double *z, const signed char *state, int struck, double time)
-{
-    for (int c = 0; c < MODEL_NC; c++) {
-        note(lane, c, state[c], c == struck, time);
-        lane->motion.state[c] = state[c];
-    }
-    lane_change_mode(t, lane, z);
-    held_settle(t, &t->mode[lane->mode], z);
-}
-
-void lane_change_mode(LaneTable *t, Lane *lane, double *z)
+/* the lane is in a mode with other states of contacts from now on: z from its origin */
+static void change_mode(LaneTable *t, Lane *lane, double *z)
 {
     const LaneMode *from = &t->mode[lane->mode];
     lane->mode = table_mode(lane->motion.state);
@@ -105,6 +95,17 @@ void lane_change_mode(LaneTable *t, Lane *lane, double *z)
     for (int i = 0; i < MODEL_NX; i++)
         z[i] = (z[i] + from->shift[i]) - to->shift[i];
     lane->failed |= !to->usable;
+}
+
+/* the lane goes on in these states; struck: a rigid contact that has had an impact, -1: none */
+static void take(LaneTable *t, Lane *lane, double *z, const signed char *state, int struck, double time)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        note(lane, c, state[c], c == struck, time);
+        lane->motion.state[c] = state[c];
+    }
+    change_mode(t, lane, z);
+    held_settle(t, &t->mode[lane->mode], z);
 }
 
 /* the side to which a contact yields that would have to stick in the mode; 0: to none, or it is not clear */

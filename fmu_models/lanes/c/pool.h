@@ -30,6 +30,7 @@ typedef struct {
     LaneTable *tables;
     Lane *lanes;
     Queue queue[QUEUES];
+    int earliest;        /* point of the grid that one of them has come to, counted as groups do (lane_home.h) */
     LaneResolve resolve; /* what decides events that lanes leave, and whom it asks for */
     void *context;
     double *columns; /* of the home steps, group by group (lane_home.h) */
@@ -46,6 +47,23 @@ static inline void pool_queue(Pool *pool, int64_t slot, int which)
 {
     Queue *q = &pool->queue[which];
     q->slot[q->count++] = (int32_t)slot;
+}
+
+static inline int64_t pool_waiting(const Pool *pool)
+{
+    int64_t all = 0;
+    for (int q = 0; q < QUEUES; q++)
+        all += pool->queue[q].count;
+    return all;
+}
+
+/* the queue that most wait in; QUEUES: none does */
+static inline int pool_fullest(const Pool *pool)
+{
+    int fullest = QUEUES;
+    for (int q = QUEUES - 1; q >= 0; q--)
+        if (pool->queue[q].count > (fullest < QUEUES ? pool->queue[fullest].count - 1 : 0)) fullest = q;
+    return fullest;
 }
 
 /* the offset of a part of the room */

@@ -157,14 +157,18 @@ static __attribute__((noinline)) void NAME(event)(Pool *pool, NAME(Batch) * b, M
             mode[l] = b->lane[l]->mode;
     }
     M special = NAME(switches)(b, NAME(impacts)(b, fell, guard), guard);
-    special &= ~NAME(stops)(b, special, guard);
+    const M stopped = NAME(stops)(b, special, guard);
+    special &= ~stopped;
     if (pool->directions > 0) NAME(jump)(pool, b, before, mode, fell & ~special, guard);
+    /* these go on at once */
+    const M on = some & ~undecided & ~special & ~stopped & (b->left > NAME(fill)(0.0));
     for (int l = 0; l < b->count; l++) {
-        if (!some[l]) continue;
+        if (!some[l] || on[l]) continue;
         b->lane[l]->rounds++;
         b->lane[l]->failed |= undecided[l] != 0;
         if (special[l]) NAME(happen)(pool, b, l, (int)guard[l], pool->directions);
         NAME(pass_on)(pool, b, l);
     }
     if (LANES_SWITCHES || NAME(any)(special)) NAME(gather_mode)(b);
+    if (NAME(any)(on)) NAME(series)(pool, b, on);
 }

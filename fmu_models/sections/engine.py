@@ -103,7 +103,8 @@ class EngineBackend:
             known=_targets(section, jobs),
             along=_along(section, jobs) if jobs.derivatives else range(jobs.tangents),
             tolerance=section.tolerance,
-            stepper=self.stepper(jobs.beside if jobs.chain > 1 else m),
+            # events of chains come at like times
+            stepper=self.stepper(2 * jobs.beside if jobs.chain > 1 else m),
             **jobs.settings,
         )
 

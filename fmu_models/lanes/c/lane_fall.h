@@ -136,15 +136,19 @@ static __attribute__((noinline)) void NAME(event)(Pool *pool, NAME(Batch) * b, M
     const M fell = some & ~undecided & (guard >= NAME(fill)(0.0));
     if (pool->directions > 0) undecided |= NAME(meet)(b, fell, guard, pool->directions);
     M special = NAME(switches)(b, NAME(impacts)(b, fell, guard, pool->directions), guard);
-    special &= ~NAME(stops)(b, special, guard);
+    const M stopped = NAME(stops)(b, special, guard);
+    special &= ~stopped;
     if (LANES_SWITCHES && pool->directions > 0) NAME(gather_mode)(b);
     if (pool->directions > 0) NAME(leave)(b, fell & ~special, pool->directions);
+    /* these go on at once */
+    const M on = some & ~undecided & ~special & ~stopped & (b->left > NAME(fill)(0.0));
     for (int l = 0; l < b->count; l++) {
-        if (!some[l]) continue;
+        if (!some[l] || on[l]) continue;
         b->lane[l]->rounds++;
         b->lane[l]->failed |= undecided[l] != 0;
         if (special[l]) NAME(happen)(pool, b, l, (int)guard[l]);
         NAME(pass_on)(pool, b, l);
     }
     if (LANES_SWITCHES || NAME(any)(special)) NAME(gather_mode)(b);
+    if (NAME(any)(on)) NAME(series)(pool, b, on);
 }

@@ -209,7 +209,7 @@ static INLINE V NAME(earliest_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M
         first = NAME(pick)(sooner, at, first);
         for (int g = 0; g < LANES_GUARDS - 1; g++) {
             open[g] &= (guard != NAME(fill)((double)g));
-            open[g] &= NAME(may_fall)(q[g], rest[g], NAME(least)(first, NAME(fill)(1.0)));
+            if (NAME(any)(open[g])) open[g] &= NAME(may_fall)(q[g], rest[g], NAME(least)(first, NAME(fill)(1.0)));
         }
         open[LANES_NG - 1] = NAME(none)();
     }

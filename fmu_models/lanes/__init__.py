@@ -10,8 +10,8 @@
                                       (lane_home.h), and in batches of what wants the same, to events and over sub-steps
                                       (lane_batch.h, lane_stops.h, lane_series.h, lane_fall.h, lane_roots.h) or away
                                       from home (lane_stride.h), on lane_vectors.h
-    c/lane_variation.h, lane_tangents.*  differences of neighbours: over sub-steps and through events, in a batch or by one
-                                      lane, and set at right angles at the end of a period; at home groups step them
+    c/lane_variation.h, lane_tangents.*  differences of neighbours over sub-steps and through events, in a batch or by
+                                      one lane, set at right angles at the end of a period; at home groups step them
     c/lane_event.*, lane_transition.* what one lane does at an event: by itself where one contact alone decides, else by
                                       asking the engine, from the same point
     c/targets.c                       widths by target, and the choice by CPUID; the library's one function

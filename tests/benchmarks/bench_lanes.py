@@ -6,8 +6,8 @@ Per model 256 motions over a range of a parameter, 300 periods; ns per motion an
 take, for every number of lanes that this processor has; what the derivative of each step and all exponents take,
 in parts of that; share of the steps that lanes left to the series; median and largest difference after 10 periods, in
 parts of the largest point. Then what few motions gain that are made in one call: two, as the sweeps of a diagram up and
-down would be, gain a tenth, for their events come at other times, and each fills a vector alone; and what chains gain,
-sweeps of one parameter from as many starts, whose events come at like times. Last, how much a
+down would be, gain little, for their events come at other times; and what chains gain, sweeps of one parameter from as
+many starts, whose events come at like times. Last, how much a
 single run of 1000 periods could gain at most by the exact flow, with so many samples a period: all that it takes beside
 its steps stays.
 """
@@ -128,10 +128,10 @@ def main(repetitions: int) -> None:
         for width in (8, 4, 2, 1):
             stepper = known.stepper(width)
             if stepper is not None:
-                vars(system)["_lanes"] = stepper
+                vars(system.backend)["stepper"] = lambda _, one=stepper: one
                 taken = 1e9 * seconds(lambda one=system, jobs=jobs: one.run(jobs, GO), repetitions) / work
                 cells.append(f"{width}: {taken:5.0f} ({base / taken:4.1f})")
-        vars(system).pop("_lanes")
+        vars(system.backend).pop("stepper")
         plain, derived, grown = (
             seconds(lambda one=system, jobs=jobs: one.run(jobs, GO), repetitions)
             for jobs in (

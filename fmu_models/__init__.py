@@ -53,11 +53,11 @@ if TYPE_CHECKING:
     from fmu_models.language.automaton import Automaton as Automaton
     from fmu_models.language.automaton import Reset as Reset
     from fmu_models.language.automaton import Switch as Switch
-    from fmu_models.language.contacts import Friction as Friction
     from fmu_models.language.contacts import Requirement as Requirement
     from fmu_models.language.declaration import Output as Output
     from fmu_models.language.dry_friction import DryFriction as DryFriction
     from fmu_models.language.dry_friction import falling as falling
+    from fmu_models.language.friction import Friction as Friction
     from fmu_models.language.hysteresis.bouc_wen import BoucWen as BoucWen
     from fmu_models.language.hysteresis.bouc_wen_baber_noori import BoucWenBaberNoori as BoucWenBaberNoori
     from fmu_models.language.hysteresis.contact import Hysteresis as Hysteresis

@@ -41,7 +41,7 @@ WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
 SHARE, FARTHEST = 0.5, 200  # of a motion, and in batches: how far back it is looked for
 CHANGED = 8.0  # standard errors by which a change of the mean is no scatter
 MANY = 32  # motions whose scatter tells the error by itself, whatever the batches remember
-IDENTITY_STEPS = 32  # over which the sum of the exponents is compared with the volumes
+IDENTITY_STEPS = 8  # over which the sum of the exponents is compared with the volumes
 SHORTEST = 10  # batches on either side of a change point
 
 
@@ -194,8 +194,7 @@ def lyapunov(
 
 def _identity(runner: Runner, system: SectionSystem, start: Vector, tangents: int) -> float | None:
     """By how much the growth of all differences misses that of their volume."""
-    volumes = system.log_volumes(start)
-    if volumes is None or tangents < start.shape[1]:
+    if system.log_volumes(start[:0]) is None or tangents < start.shape[1]:
         return None
     rows = runner.make(Jobs(start, rows=IDENTITY_STEPS + 1, tangents=tangents), quiet=True)
     growth, volumes = rows.growth[0, 1:].sum(), system.log_volumes(rows.points[0, :-1])

@@ -5,6 +5,8 @@ from collections.abc import Iterable, Sequence
 from itertools import accumulate, groupby
 from typing import Any, NamedTuple
 
+from fmu_models.codegen.loops import ALIKE, rolled, rows_of, shape, static_table
+
 # characters of the statements of one function
 _MANY = 3000
 
@@ -21,13 +23,30 @@ class FunctionKind(NamedTuple):
         return split(f"{name}{self.suffix}", lines, f"{self.storage}void {name}{self.suffix}({self.parameters})")
 
     def by_contact(self, name: str, bodies: list[list[str]]) -> str:
-        """One static function per contact, and the one that chooses among them."""
-        parts = [f"{name}_{i}{self.suffix}" if self.suffix else f"KIND({name}_{i})" for i in range(len(bodies))]
-        head = f"{self.storage or 'static '}void {{}}({self.parameters})"
-        texts = [split(part, lines, head.format(part)) for part, lines in zip(parts, bodies, strict=True)]
-        calls = [f"    case {i}: {part}({_names(self.parameters)}); break;\n" for i, part in enumerate(parts)]
+        """One static function per contact, or per many whose bodies have one shape, and the one that chooses among
+        them."""
+        alike: dict[str, list[int]] = {}
+        for i, lines in enumerate(bodies):
+            alike.setdefault(shape("\n".join(lines)), []).append(i)
+        groups = [g for group in alike.values() for g in ([group] if len(group) >= ALIKE else ([i] for i in group))]
+        texts, calls = [], {}
+        for group in sorted(groups):
+            rows = rows_of(["\n".join(bodies[i]) for i in group], "its", "own")
+            names = {its: self._part(f"{name}_{group[0]}_{its}") for _, its, _ in rows.tables}
+            further = "".join(f", const {kind} *{its}" for kind, its, _ in rows.tables)
+            part = self._part(f"{name}_{group[0]}")
+            head = f"{self.storage or 'static '}void {part}({self.parameters}{further})"
+            texts += [static_table(kind, names[its], values) for kind, its, values in rows.tables]
+            texts.append(split(f"{name}_{group[0]}{self.suffix}", rows.text.splitlines(), head))
+            for row, i in enumerate(group):
+                own = "".join(f", {table}[{row}]" for table in names.values())
+                calls[i] = f"    case {i}: {part}({_names(self.parameters)}{own}); break;\n"
         whole = f"{self.storage}void model_{name}{self.suffix}({self.parameters}, int c)"
-        return "\n".join([*texts, _definition(whole, self.parameters, _switch(calls) or ["(void)c;"])])
+        cases = [calls[i] for i in sorted(calls)]
+        return "\n".join([*texts, _definition(whole, self.parameters, _switch(cases) or ["(void)c;"])])
+
+    def _part(self, name: str) -> str:
+        return f"{name}{self.suffix}" if self.suffix else f"KIND({name})"
 
 
 SERIES = FunctionKind("const Real *p, const Real *d, Jets *j, int k")
@@ -40,6 +59,7 @@ DISC = FunctionKind("const double *p, const double *d, const Jets *j, Jets *b", 
 def split(name: str, lines: list[str], head: str) -> str:
     """A function of these statements; of many, one that calls their parts in turn: long ones take compilers minutes."""
     texts, parameters = [], head.rpartition("(")[2].removesuffix(")")
+    lines = rolled(lines)
     if sum(map(len, lines)) > _MANY:
         totals = accumulate(map(len, lines))
         groups = groupby(zip(lines, totals, strict=True), key=lambda pair: pair[1] // _MANY)

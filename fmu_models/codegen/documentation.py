@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 # operations up to which an expression is printed
 _LARGEST_EXPRESSION = 400
+# equations, contacts and outputs of which the page shows the first; nobody reads more
+_MOST = 100
 PICTURES = "terminalsAndIcons"
 
 
@@ -47,9 +49,10 @@ def documents(
     icon = "model.png" if fmi_version == "2.0" else f"{PICTURES}/icon.png"
     page = {
         "picture": f"../{icon}",
-        "equations": [(_printed([left]), _printed([right])) for left, right in rates(system)],
-        "contacts": [_contact(system, i) for i in range(len(system.contacts))],
-        "outputs": [(o, _printed([e])) for o, e in zip(system.outputs, outputs(system), strict=True)],
+        "equations": [(_printed([left]), _printed([right])) for left, right in rates(system)[:_MOST]],
+        "contacts": [_contact(system, i) for i in range(min(len(system.contacts), _MOST))],
+        "outputs": [(o, _printed([e])) for o, e in zip(system.outputs[:_MOST], outputs(system), strict=False)],
+        "cut": max(len(system.states), len(system.contacts), len(system.outputs)) > _MOST,
         "requirements": [requirement.sentence for requirement in system.all_requirements],
         "licenses": f"{FOLDER.rpartition('/')[2]}/license.txt",
         "said": facts,

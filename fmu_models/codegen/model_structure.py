@@ -84,7 +84,8 @@ class ModelStructure:
         def nearest(unknown: ModelUnknown) -> int:
             return min((apart[r] for r in unknown.dependencies or () if r in apart), default=highest)
 
-        for _ in self.variables.states:
+        # what is further than the highest order does not matter: nearest ones are right after so many rounds
+        for _ in range(min(highest + 2, len(self.variables.states))):
             for rate in self.derivative_unknowns:
                 apart[rate.variable.derivative or 0] = nearest(rate) + 1
         ports = [u for u in self.output_unknowns if u.variable.variability == "continuous"]

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.continuation.problem.flow import FlowProblem, held_at_start, pauses
+from fmu_models.continuation.problem.flow import FlowProblem
 from fmu_models.continuation.problem.imported import ImportedProblem
 from fmu_models.continuation.problem.map import MapProblem
-from fmu_models.continuation.problem.node import Lost, Node, parameter, solved
+from fmu_models.continuation.problem.node import Lost, Node, look, parameter, solved
+from fmu_models.continuation.problem.pauses import held_at_start, pauses
 from fmu_models.continuation.problem.problem import Problem, Vector
 from fmu_models.sections.cycles import last_cycle
 from fmu_models.sections.iteration import Iteration
@@ -42,18 +43,39 @@ def begin_of(
             z = np.append(z, problem.strobe.period or 0.0)
         z = np.append(z, value)
     scales = problem.scales(z, between)
+    node = _divided(problem, z, scales, between)
     try:
-        node = solved(problem, scales, z / scales, parameter(value), reach=2.0)
+        node = node or solved(problem, scales, z / scales, parameter(value), reach=2.0)
     except Lost as error:
         raise StickslipError(
             f"No periodic motion of {system.name} was found near that start ({error}{_missed(problem, error, z)}). "
             f"Start nearer, let it settle first (settle=True, --settle), or {_doubt(problem)}."
         ) from None
-    moved = problem.rephased(node.z, node.seen)
+    moved = node.problem.rephased(node.z, node.seen, node.scales)
     if moved is not None:
         with suppress(Lost):  # it stays where it was
+            scales = moved[0].scales_like(node.scales)
             node = solved(moved[0], scales, moved[1] / scales, parameter(value), reach=0.1)
     return node
+
+
+def _divided(problem: Problem, z: Vector, scales: Vector, between: tuple[float, float]) -> Node | None:
+    """The motion near z in several segments, where tangents grow so much that one does not come to it; None where they
+    do not, or there is none."""
+    seen = look(problem, z)
+    moved = None if seen is None else problem.rephased(z, seen, scales)
+    if moved is None or moved[0].width == problem.width:
+        return None
+    segments, guess = moved
+
+    def near(guess: Vector, scales: Vector) -> Node:
+        return solved(segments, scales, guess / scales, parameter(float(z[-1])), reach=np.inf)
+
+    try:
+        z_found = near(guess, segments.scales_like(scales)).z
+        return near(z_found, segments.scales_like(segments.scales(z_found, between)))  # in scales of its own
+    except Lost:
+        return None
 
 
 def _placed(

@@ -265,14 +265,14 @@ class Runner:
                 future.cancel()
 
     def _part(self, jobs: Jobs, chunks: Sequence[Chunk], k: int, sink: _InMemory | Stage) -> Jobs:
-        """The jobs of a chunk; the first of a link goes on where the link before it ended, unless that failed."""
+        """The jobs of a chunk; chains go on where they ended in the chunk before, those that failed do not."""
         chunk_jobs = jobs.part(chunks[k].begin, chunks[k].end)
         if chunks[k].follows:
-            before = sink.get(k - 1)
-            if before.outcomes[-1] <= families.ABSORBED:
-                starts = chunk_jobs.starts.copy()
-                starts[0] = before.ends[-1]
-                chunk_jobs = dataclasses.replace(chunk_jobs, starts=starts, resumed=True)
+            before, chains = sink.get(k - 1), jobs.beside
+            sound = before.outcomes[-chains:] <= families.ABSORBED
+            starts = chunk_jobs.starts.copy()
+            starts[:chains][sound] = before.ends[-chains:][sound]
+            chunk_jobs = dataclasses.replace(chunk_jobs, starts=starts, resumed=sound)
         return chunk_jobs
 
 

@@ -2,14 +2,15 @@
 
     jobs -> chunks -> rows
 
-A chunk is made by one call and fills rows of its own; it knows nothing of the others, but for the link of a chain that
-begins where the link before it ended. The result does not depend on who makes which chunk, nor when: a thread, another
-process, another machine (``execution``).
+A chunk is made by one call and fills rows of its own; it knows nothing of the others, but for links of chains that
+begin where the links before them ended. The result does not depend on who makes which chunk, nor when: a thread,
+another process, another machine (``execution``).
 """
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Protocol
@@ -17,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Varied, Vector
+from fmu_models.base.arrays import Flags, Varied, Vector
 from fmu_models.base.cache import digest
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
@@ -39,7 +40,7 @@ def reason(rows: RunRows, i: int) -> str:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Runs from ``begin`` up to ``end``; ``follows``: the first goes on where the last of the chunk before ended."""
+    """Runs from ``begin`` up to ``end``; ``follows``: its chains go on where those of the chunk before ended."""
 
     begin: int
     end: int
@@ -55,8 +56,9 @@ class Jobs:
         varied: values (m,) of parameters by name that differ from run to run.
         transient: steps that are not recorded.
         rows, batch: rows that are, of so many steps each.
-        chain: runs in a row of which each begins where the one before it ended.
-        resumed: the first start is the end of another run, to the last digit.
+        chain: runs of which each begins where the one before it ended.
+        beside: chains that are made by one call: their first runs, then the second ones, and so on.
+        resumed: of the first run of each of these, whether its start is the end of another run, to the last digit.
         longest: period up to which a motion is asked whether it repeats itself, and then followed no farther; 0: none.
         settled: relative distance below which two points are one.
         targets: orbits at which a run may end.
@@ -70,7 +72,8 @@ class Jobs:
     rows: int = 1
     batch: int = 1
     chain: int = 1
-    resumed: bool = False
+    beside: int = 1
+    resumed: Sequence[bool] | Flags = ()
     longest: int = 0
     settled: float = 1e-11
     targets: Targets | None = None
@@ -85,7 +88,13 @@ class Jobs:
     def settings(self) -> dict[str, Any]:
         """What the engine is asked for, as in ``EnsembleRuns``."""
         names = ("transient", "rows", "batch", "resumed", "longest", "settled", "flow")
-        return {name: getattr(self, name) for name in names} | {"follow": self.chain > 1, "jacobians": self.derivatives}
+        settings = {name: getattr(self, name) for name in names}
+        return settings | {"follow": self.beside if self.chain > 1 else 0, "jacobians": self.derivatives}
+
+    @property
+    def block(self) -> int:
+        """How many runs the chains are that are made by one call."""
+        return self.chain * self.beside
 
     def part(self, begin: int, end: int) -> Jobs:
         """The jobs from ``begin`` up to ``end``."""
@@ -103,10 +112,10 @@ class Jobs:
         if self.chain == 1:
             size = max(together, target // cost, 1)
             return [Chunk(begin, min(begin + size, len(self))) for begin in range(0, len(self), size)]
-        links = [*range(0, self.chain, max(target // cost, 1)), self.chain]
+        links = [*range(0, self.block, self.beside * max(target // (self.beside * cost), 1)), self.block]
         return [
             Chunk(first + begin, first + end, begin > 0)
-            for first in range(0, len(self), self.chain)
+            for first in range(0, len(self), self.block)
             for begin, end in pairwise(links)
         ]
 

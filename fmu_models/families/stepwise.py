@@ -61,12 +61,14 @@ def run(system: Stepping, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
     if jobs.chain == 1:
         return _Together(system, jobs).run(stop)
     pieces: list[RunRows] = []
-    for i in range(len(jobs)):
-        single = jobs.part(i, i + 1)
-        if i % jobs.chain and len(pieces) and pieces[-1].outcomes[0] <= outcome.ABSORBED:
-            single = replace(single, starts=pieces[-1].ends)
-        pieces.append(_Together(system, single).run(stop))
-    return joined(pieces, range(len(pieces)))
+    begins = range(0, len(jobs), jobs.beside)
+    for i in begins:
+        links = jobs.part(i, i + jobs.beside)
+        if i % jobs.block and pieces:
+            sound = pieces[-1].outcomes <= outcome.ABSORBED
+            links = replace(links, starts=np.where(sound[:, None], pieces[-1].ends, links.starts))
+        pieces.append(_Together(system, links).run(stop))
+    return joined(pieces, begins)
 
 
 def _orthonormal(vectors: Vector) -> tuple[Vector, Vector, Flags]:

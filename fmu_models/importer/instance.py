@@ -18,7 +18,7 @@ from fmu_models.fmu.elements import element_names
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library as library_file
 from fmu_models.fmu.library import unload
-from fmu_models.importer import fmi1
+from fmu_models.importer import dependencies, fmi1
 from fmu_models.toolchain import compiler
 
 if TYPE_CHECKING:
@@ -344,6 +344,9 @@ class Instance:
             )
         calls.n_state_references = self._states.size
         calls.state_references, calls.derivative_references = self._states.ctypes.data, self._derivatives.ctypes.data
+        if (pattern := dependencies.declared(self.fmu)) is not None:
+            self._pattern = pattern
+            calls.dependency_start, calls.dependency_rows = (part.ctypes.data for part in pattern)
 
 
 def _release(free: Callable[[int], object], pointers: list[int], dll: ctypes.CDLL, *_used: object) -> None:

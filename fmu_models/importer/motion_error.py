@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 RUN = declarations("importer/c/master.h").constants("RunStatus", "RUN_")
 METHOD = declarations("importer/c/master.h").constants("MethodChoice", "METHOD_")
+PATTERN = declarations("importer/c/master.h").constants("PatternKind", "PATTERN_")
 ZENO = declarations("importer/c/master.h").constants("ZenoChoice", "ZENO_")
 KINDS = {number: name.lower().replace("_", " ") for name, number in vars(RUN).items()}
 
@@ -111,6 +112,9 @@ _TEXTS = {
     "values.",
     RUN.STEP_TOO_SMALL: "the steps become shorter than the rounding of time at {at}: the motion has a singularity "
     "there, or a jump that no event indicator announces. Stop the run before it, or loosen the tolerance.",
+    RUN.TOO_LARGE: "an implicit method at {at} needs systems of equations for {index} states with {value:.3g} numbers "
+    "that are not zero or may become so, and has room for 3.4e7. Choose the method 'dop853' or 'dopri5', or split the "
+    "FMU.",
     RUN.RATES_DIFFER: "two calls at {at} with the same states and inputs give derivatives of the state '{state}' that "
     "differ by {value:.3g}: steps of any sensible length cannot keep the tolerance. Mend the FMU, or loosen the "
     "tolerance.",

@@ -4,7 +4,7 @@ import ctypes
 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer import request
-from fmu_models.importer.motion_error import ZENO
+from fmu_models.importer.motion_error import PATTERN, ZENO
 
 NAMES = {
     "co-simulation": "co-simulation",
@@ -13,6 +13,7 @@ NAMES = {
     "dop853": "Dormand-Prince 8(5,3)",
     "stiff": "Radau IIA of order 5",
 }
+PATTERNS = {PATTERN.DECLARED: "as its declared dependencies allow", PATTERN.FOUND: "from dependencies found by probing"}
 
 
 def note(method: str, c: ctypes.Structure) -> str:
@@ -22,6 +23,10 @@ def note(method: str, c: ctypes.Structure) -> str:
         text += f", from t = {c.switch_time:.6g} s {NAMES['stiff']}, because stability limited the steps"
         if c.n_switches > 1:
             text += f" ({c.n_switches} changes between the two)"
+    if c.pattern in PATTERNS:
+        text += f", Jacobians by {c.colours} evaluations, {PATTERNS[c.pattern]}"
+    if c.undeclared:
+        text += f" (the dependencies that the FMU declares are wrong: {c.undeclared} are missing)"
     if c.accumulations:
         done = "held from there on" if c.on_zeno == ZENO.HOLD else "continued as the FMU does"
         text += f"; events accumulate at t = {c.accumulation_time:.9g} s, {done}"

@@ -10,6 +10,7 @@ The equations of motion are derived from this (lowering), never typed.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,9 +18,10 @@ import sympy
 
 from fmu_models.base.errors import named
 from fmu_models.language.checks import check_mechanism
-from fmu_models.language.contacts import Contact, Friction, Law, Requirement
+from fmu_models.language.contacts import Contact, Law, Requirement
 from fmu_models.language.declaration import Body
 from fmu_models.language.derivatives import Derivatives
+from fmu_models.language.friction import Friction
 from fmu_models.language.inertia import inertia_requirements
 from fmu_models.language.matrices import Matrix, matrices_of, names_of, quadratic
 from fmu_models.language.quantities import Coordinate, Parameter
@@ -126,7 +128,7 @@ class Mechanism(Body):
         inertia = inertia_requirements(self) if self.impacts else ()
         return (*super().all_requirements, *(r for contact in self.contacts for r in contact.requirements), *inertia)
 
-    @property
+    @functools.cached_property
     def body_symbols(self) -> set[sympy.Basic]:
         """Quantities that the body uses without its contacts and outputs."""
         energies = (self.kinetic_energy, self.potential_energy, self.dissipation, *self.applied.values())
@@ -134,6 +136,10 @@ class Mechanism(Body):
 
     @property
     def symbols(self) -> set[sympy.Basic]:
+        return self._all_symbols
+
+    @functools.cached_property
+    def _all_symbols(self) -> set[sympy.Basic]:
         outputs = _symbols(output.expression for output in self.outputs)
         return with_signals(self.body_symbols.union(outputs, *(contact.symbols for contact in self.contacts)))
 

@@ -22,9 +22,11 @@ class Backend(Protocol):
 
     Attributes:
         pace: steps in the time that a run of the engine's series takes for one.
+        together: runs that are best made by one call.
     """
 
     pace: int
+    together: int
 
     @property
     def how(self) -> str:

@@ -20,6 +20,7 @@ from fmu_models.simulation.ensemble import EnsembleRuns, Targets, make_runs
 from fmu_models.simulation.rows import RunRows, joined
 
 PACE = 8  # steps in lanes in the time of one by the series, about
+TOGETHER = 32  # motions whose events fill vectors as well as those of more do
 
 
 @dataclass(eq=False)
@@ -34,6 +35,7 @@ class EngineBackend:
     engine: Engine
     counts: list[tuple[int, int]] = field(default_factory=list)
     pace = 1
+    together = 1
 
     @property
     def how(self) -> str:
@@ -57,10 +59,10 @@ class EngineBackend:
         return Step(rows.points[:, 0], derivatives, rows.times[:, 0], rows.began[:, 0], rows.held[:, 0], messages)
 
     def run(self, section: FmuPoints, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
-        """The rows of some jobs, in one call of the engine per chain."""
-        if jobs.chain > 1 and len(jobs) > jobs.chain:
-            begins = range(0, len(jobs), jobs.chain)
-            return joined([self.run(section, jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
+        """The rows of some jobs, in one call of the engine for chains beside one another."""
+        if jobs.chain > 1 and len(jobs) > jobs.block:
+            begins = range(0, len(jobs), jobs.block)
+            return joined([self.run(section, jobs.part(i, i + jobs.block), stop) for i in begins], begins)
         places = [index for _, index in section.columns]
         periods = section.periods(jobs.varied, len(jobs))
         sizes = (len(section.fmu.states), len(section.contacts))
@@ -101,7 +103,7 @@ class EngineBackend:
             known=_targets(section, jobs),
             along=_along(section, jobs) if jobs.derivatives else range(jobs.tangents),
             tolerance=section.tolerance,
-            stepper=self.stepper(1 if jobs.chain > 1 else m),
+            stepper=self.stepper(jobs.beside if jobs.chain > 1 else m),
             **jobs.settings,
         )
 
@@ -116,6 +118,7 @@ class LanesBackend(EngineBackend):
 
     fmu: Fmu = field(kw_only=True)
     pace = PACE
+    together = TOGETHER
 
     @property
     def how(self) -> str:

@@ -42,6 +42,7 @@ class ImporterBackend:
     fmu: Fmu
     tolerance: float
     pace = 1
+    together = 1
     _idle: list[FlowDriver] = field(default_factory=list)
 
     def __post_init__(self) -> None:

@@ -154,9 +154,9 @@ class Iteration(SectionSystem):
 
     def run(self, jobs: Jobs, stop: NDArray[np.int32]) -> RunRows:
         """The rows of some jobs, by the compiled rule; ends soon where ``stop`` (1,) is set."""
-        if jobs.chain > 1 and len(jobs) > jobs.chain:
-            begins = range(0, len(jobs), jobs.chain)
-            return joined([self.run(jobs.part(i, i + jobs.chain), stop) for i in begins], begins)
+        if jobs.chain > 1 and len(jobs) > jobs.block:
+            begins = range(0, len(jobs), jobs.block)
+            return joined([self.run(jobs.part(i, i + jobs.block), stop) for i in begins], begins)
         fmu = _fmu(self.map, self.backward)
         m, n = jobs.starts.shape
         constants = {name: np.full(m, value) for name, value in self.values.items()} | dict(jobs.varied)

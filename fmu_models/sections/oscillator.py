@@ -54,8 +54,6 @@ class FmuSection(FmuPoints):
             Model Exchange or states that cannot be set.
     """
 
-    together = 1
-
     def __init__(
         self,
         fmu: Fmu,
@@ -126,7 +124,7 @@ class FmuSection(FmuPoints):
 
     def _connect(self) -> None:
         self.backend = _backend_of(self)
-        self.pace = self.backend.pace
+        self.pace, self.together = self.backend.pace, self.backend.together
 
 
 def _backend_of(section: FmuSection) -> Backend:

@@ -15,7 +15,9 @@ equation (2.24) is printed with -1 < lambda, where lambda < -1 is meant.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +28,10 @@ from fmu_models.base.shown import Shown
 # distance from the unit circle, from zero and from the real line that counts as none
 ON_CIRCLE = 1e-7
 DEGENERATE = 1e-12
+# of a product of factors: rounds until its eigenvalues are told apart, at most; those that differ in size by no more
+# than this share need not be
+SWEEPS, LIKE = 100, 1e4
+EPSILON = float(np.finfo(float).eps)
 
 
 def eigenvalue_class(eigenvalue: complex) -> str:
@@ -48,9 +54,41 @@ def eigenvalue_class(eigenvalue: complex) -> str:
 
 def eigenvalues_of(derivatives: Vector) -> Complex:
     """(..., n) of derivatives (..., n, n), largest modulus first."""
-    eigenvalues = np.linalg.eigvals(derivatives).astype(complex)
+    return _ordered(np.linalg.eigvals(derivatives).astype(complex))
+
+
+def _ordered(eigenvalues: Complex) -> Complex:
     order = np.lexsort((-np.real(eigenvalues), -np.abs(eigenvalues)), axis=-1)
     return np.take_along_axis(eigenvalues, order, axis=-1)
+
+
+def product_eigenvalues(factors: Vector) -> Complex:
+    """(n,) of A_m ... A_1, largest modulus first, from the factors (m, n, n), A_1 first: also where their moduli range
+    over more than rounding of the product would leave.
+
+    Orthogonal iteration of the period: A_k Q_k = Q_(k+1) R_k with Q_1 = Q_(m+1) in the end, up to blocks of eigenvalues
+    of like size, whose own products give them. Each factor is wrong by rounding of itself alone.
+
+    Source: Bojanczyk, Golub, Van Dooren, The periodic Schur decomposition (1992); without shifts, since what is to be
+    told apart lies far apart.
+    """
+    n = factors.shape[1]
+    start, sweeps = np.eye(n), 0
+    while True:
+        sweeps += 1
+        q, upper = start, []
+        for factor in factors:
+            q, r = np.linalg.qr(factor @ q)
+            upper.append(r)
+        turn = start.T @ q  # block triangular, but for what still rotates into one another
+        ends = [j for j in range(1, n) if np.abs(turn[j:, :j]).max() <= n * EPSILON]
+        blocks = [slice(*bounds) for bounds in itertools.pairwise([0, *ends, n])]
+        sizes = np.abs(np.prod([np.diag(r) for r in upper], axis=0))
+        if sweeps == SWEEPS or all(sizes[block].max() <= LIKE * sizes[block].min() for block in blocks):
+            break
+        start = q
+    products = (reduce(lambda p, r, at=block: p @ r[at, at], reversed(upper), turn[block, block]) for block in blocks)
+    return _ordered(np.concatenate([np.linalg.eigvals(product).astype(complex) for product in products]))
 
 
 def are_stable(eigenvalues: Complex) -> Flags:

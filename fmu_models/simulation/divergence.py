@@ -4,7 +4,8 @@
 
 where no event changes volumes itself: that of a compliant stop does not, since the speed of its gap is continuous;
 friction, impacts and stops that remember the speed of their entry do. The integral goes from event to event, by Gauss's
-formula in a variable whose ends are flat, so that forces that begin with a root do no harm.
+formula in a variable whose ends are flat, so that forces that begin with a root do no harm; with twice as many nodes
+until that changes nothing.
 """
 
 from collections.abc import Mapping
@@ -17,7 +18,8 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import simulate
 
-NODES = 32  # between two events
+NODES = (4, 8, 16, 32)  # between two events
+AGREES = 1e-13  # relative difference of two integrals
 
 
 def keeps_volumes(fmu: Fmu) -> bool:
@@ -41,13 +43,18 @@ def volume_change(
     """
     settings: dict[str, Any] = {"start": start, "parameters": parameters, "inputs": inputs}
     events = [event.time for event in simulate(fmu, duration, output_times=[0.0, duration], **settings).events]
-    u, weights = np.polynomial.legendre.leggauss(NODES)
-    u = 0.5 + 0.5 * u
-    times, shares = [], []
-    for start_of_piece, end in pairwise(sorted({0.0, *events, duration})):
-        times.append(start_of_piece + (end - start_of_piece) * u**2 * (3.0 - 2.0 * u))
-        shares.append((end - start_of_piece) * 3.0 * weights * u * (1.0 - u))
-    at, share = np.concatenate(times), np.concatenate(shares)
-    run, field = simulate(fmu, duration, output_times=at, **settings), VectorField(fmu, {**parameters, **inputs})
-    rows = zip(at.tolist(), np.array([run[name] for name in fmu.states]).T, strict=True)
-    return float(share @ np.array([np.trace(field.slopes(row, (), time=time)) for time, row in rows]))
+    field, integral = VectorField(fmu, {**parameters, **inputs}), np.inf
+    for nodes in NODES:
+        u, weights = np.polynomial.legendre.leggauss(nodes)
+        u = 0.5 + 0.5 * u
+        times, shares = [], []
+        for start_of_piece, end in pairwise(sorted({0.0, *events, duration})):
+            times.append(start_of_piece + (end - start_of_piece) * u**2 * (3.0 - 2.0 * u))
+            shares.append((end - start_of_piece) * 3.0 * weights * u * (1.0 - u))
+        at, share = np.concatenate(times), np.concatenate(shares)
+        run = simulate(fmu, duration, output_times=at, **settings)
+        rows = zip(at.tolist(), np.array([run[name] for name in fmu.states]).T, strict=True)
+        coarse, integral = integral, share @ np.array([np.trace(field.slopes(r, (), time=time)) for time, r in rows])
+        if abs(integral - coarse) <= AGREES * abs(integral):
+            break
+    return float(integral)

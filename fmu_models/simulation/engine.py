@@ -37,6 +37,7 @@ RUN = C.constants(prefix="WHOLE_RUN_")
 EVENT = np.dtype(C.structure("ContactEvent"))
 # an instant may need a thousand per contact: enough for 262; memory not written to costs nothing
 EVENT_CAPACITY = 1 << 18
+LINE = 8  # numbers in a line of memory
 
 
 class Engine:
@@ -115,7 +116,7 @@ class EngineInstance:
     def __init__(self, engine: Engine) -> None:
         self._model, self._restart = engine.model, engine.restart
         self._message = ctypes.create_string_buffer(RUN.MESSAGE)
-        self._start, self._room = C.structure("RunStart")(), -1
+        self._start, self._room, self._kept = C.structure("RunStart")(), -1, np.empty(0)
         handle = engine.open(self._message)
         if not handle:
             raise MemoryError(f"no memory for an instance of {engine.model}")
@@ -129,6 +130,12 @@ class EngineInstance:
     def whole_run(self) -> ctypes.Structure:
         """A request with room for events, to be filled in."""
         return C.structure("WholeRun")(event_capacity=EVENT_CAPACITY, events=address(self._events))
+
+    def lines(self, numbers: int) -> int:
+        """Address of room for so many numbers, at the beginning of a line of memory; what was there is lost."""
+        if self._kept.size < numbers + LINE:
+            self._kept = np.empty(numbers + LINE)
+        return -(-self._kept.ctypes.data // (8 * LINE)) * 8 * LINE
 
     def events(self, n: int) -> NDArray[Any]:
         """(n,) of dtype EVENT: a copy of those that the engine has written."""

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_models.base.arrays import Integers, Vector
+from fmu_models.base.arrays import Flags, Integers, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.lanes.library import Stepper
 from fmu_models.simulation.engine import C, Engine
 from fmu_models.simulation.rows import RunRows
 
 _Ensemble = C.structure("Ensemble")
-_LINE = 8  # numbers in a line of memory
 _MESSAGE: int = C.constants(prefix="ENSEMBLE_").MESSAGE
 KINDS = C.constants("SectionKind", "SECTION_")
 OUTCOMES = C.constants("Outcome", "OUTCOME_")
@@ -65,8 +64,8 @@ class EnsembleRuns:
     rows: int
     weights: Vector
     batch: int = 1
-    follow: bool = False
-    resumed: bool = False
+    follow: int = 0
+    resumed: Sequence[bool] | Flags = ()
     longest: int = 0
     settled: float = 0.0
     turns: Vector | None = None
@@ -105,8 +104,8 @@ def make_runs(
         **{"known": targets.points, "metric": targets.forms},
     }
     counts = {"along": runs.along, "next": targets.after, "orbit": targets.orbits, "passes": targets.passes}
+    counts["resumed"] = runs.resumed if len(runs.resumed) else [0] * (runs.follow + 1)
     lanes = runs.stepper.at if runs.stepper else 0
-    lane_room = np.empty(engine.lane_room(lanes, runs.longest) // 8 + _LINE)
     # named as in the engine's struct; they live until the call is over
     arrays: dict[str, NDArray[Any]] = {
         **{name: np.ascontiguousarray(array, dtype=float) for name, array in numbers.items()},
@@ -121,19 +120,19 @@ def make_runs(
         **({"growth": rows.growth} if rows.growth.size else {}),
         **({"jacobians": rows.derivatives} if rows.derivatives.size else {}),
     }
-    of_runs = ("follow", "resumed", "tolerance", "bound", "transient", "batch", "longest", "settled", "flow")
+    of_runs = ("follow", "tolerance", "bound", "transient", "batch", "longest", "settled", "flow")
     c = _Ensemble(
         **{"n_runs": m, "n_rows": runs.rows, "n_known": len(targets.points), "n_directions": k},
         n_set=len(runs.references),
         messages=ctypes.addressof(messages),
         lanes=lanes,
-        lane_room=-(-lane_room.ctypes.data // (8 * _LINE)) * 8 * _LINE,
         **{name: getattr(where, name) for name in ("kind", "direction", "contact", "state", "level")},
         **{name: getattr(runs, name) for name in of_runs},
         **{name: array.ctypes.data for name, array in arrays.items()},
     )
     instance = engine.take()
     try:
+        c.lane_room = instance.lines(engine.lane_room(lanes, runs.longest) // 8)
         if engine.ensemble(instance.handle, ctypes.byref(c)) != 0:
             raise instance.failure()
     finally:

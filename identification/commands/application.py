@@ -19,7 +19,7 @@ MODELS = ("models", "show", "export", "simulate", "explore", "inspect", "couple"
 RIG = ("describe", "emulate")
 FITS = (
     *("calibrate", "track", "fit", "demo", "laws", "design", "excite", "compare", "report", "apply", "inverse"),
-    *("hysteresis", "decay", "slips", "series", "watch"),
+    *("hysteresis", "decay", "slips", "series", "watch", "studio", "run"),
 )
 GROUPS = ("new", "data")  # of commands of their own
 COMMANDS = {

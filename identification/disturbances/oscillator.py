@@ -97,7 +97,7 @@ def _oscillator(name: str, disc: str, law: str, terms: Sequence[DisturbanceTerm]
     import sympy
 
     from fmu_models.codegen.package import variant
-    from fmu_models.language.contacts import Friction
+    from fmu_models.language.friction import Friction
     from fmu_models.language.laws.conti import Conti
     from fmu_models.language.quantities import Parameter
     from fmu_models.lowering.lower import lower

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Parameter
 from identification.machines.linear_parts import NOTHING, Monomial, linear_parts, monomial_name, monomial_unit

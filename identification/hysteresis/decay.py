@@ -20,8 +20,8 @@ import numpy as np
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.contacts import Friction
 from fmu_models.language.dry_friction import DryFriction
+from fmu_models.language.friction import Friction
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter
 from identification.calibration.calibrate import calibrate

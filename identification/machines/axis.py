@@ -17,8 +17,8 @@ import numpy as np
 import sympy
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.language.contacts import Friction
 from fmu_models.language.dry_friction import DryFriction
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.arctan import Arctan
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.laws.tanh import Tanh

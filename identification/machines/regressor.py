@@ -25,7 +25,8 @@ import sympy
 
 from fmu_models.base.errors import StickslipError, named
 from fmu_models.base.shown import Shown
-from fmu_models.language.contacts import Contact, Friction
+from fmu_models.language.contacts import Contact
+from fmu_models.language.friction import Friction
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Input, Parameter
 from identification.machines.hyper_dual import FUNCTIONS, HyperDual

@@ -22,7 +22,7 @@ import sympy
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import existing
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Input, Parameter

@@ -218,7 +218,7 @@ def disturbed_oscillator(law: str) -> Fmu:
     angle, and the body a torque ``torque0`` and what is its own."""
     from fmu_models.codegen.package import built_of, variant
     from fmu_models.fmu.fmu import Fmu
-    from fmu_models.language.contacts import Friction
+    from fmu_models.language.friction import Friction
     from fmu_models.language.laws.conti import Conti
     from fmu_models.language.quantities import Input, Parameter
     from fmu_models.lowering.lower import lower

@@ -15,8 +15,8 @@ import sympy
 
 from fmu_models.base.unit_names import conversion
 from fmu_models.fmu.load import load
-from fmu_models.language.contacts import Friction
 from fmu_models.language.dry_friction import DryFriction
+from fmu_models.language.friction import Friction
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Input, Parameter
 from fmu_models.simulation.run import simulate

@@ -32,8 +32,9 @@ from fmu_models.coupling.run import couple
 from fmu_models.coupling.system import CoupledSystem, Unit
 from fmu_models.coupling.wiring import Connection
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.language.contacts import Contact, Friction
+from fmu_models.language.contacts import Contact
 from fmu_models.language.declaration import Output
+from fmu_models.language.friction import Friction
 from fmu_models.language.impacts import Impact, Newton
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism

@@ -19,7 +19,7 @@ from compiled_model import CompiledModel
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.law_functions import NotACoefficientError
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.law_parameter import declared_in
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws.conti import Conti

@@ -335,6 +335,8 @@ PARSERS = {
     "identification/machines/urdf.py": "numbers and names",
     "identification/measurement/recipe.py": "its laws are those that come along",
     "identification/transfer/scene.py": "cases: by checked_scene",
+    "identification/studio/steps.py": "what the studio wrote of its own steps",
+    "identification/studio/study.py": "cases in test_studio.py: commands of ours, which name nothing untrusted",
     "identification/watch/state.py": "cases",
 }
 # what runs code that it is told: one door for Python; the others run what is ours, or an FMU that the user has named
@@ -348,6 +350,7 @@ RUNNERS = {
     "fmu_models/importer/instance.py": "an FMU that the user has named",
     "fmu_models/lanes/library.py": "our engine, compiled with an FMU of ours",
     "fmu_models/simulation/engine.py": "an FMU that the user has named",
+    "identification/studio/study.py": "our own commands",
     "fmu_models/report/manual.py": "Sphinx",
     "fmu_models/toolchain/compiler.py": "the compiler",
     "identification/commands/application.py": "our own modules",

@@ -34,6 +34,9 @@ class Foreign:
     saves: bool = False  # gives and takes its state, in FMI 2
     experiment: Mapping[str, str] = field(default_factory=dict)  # that it suggests
     echoes: Sequence[str] = ()  # outputs that are the derivatives, in their order
+    rates_depend: Sequence[Sequence[int]] = ()  # states on which each derivative is said to depend, from 1
+    first_rate: int = 101  # value reference of the first derivative
+    options: Sequence[str] = ()  # of the compiler
 
 
 INTEGERS = Foreign(("x",), (0.25,), (("u", 1.0), ("last", 1e9)), ("count", "steps"), inputs=("u",), co_simulation=True)
@@ -41,6 +44,21 @@ FORCED = Foreign(("x", "v"), (1.0, 0.0), (("d", 0.1), ("f", 0.5), ("omega", 1.3)
 BALL = Foreign(("h", "v"), (1.0, 0.0), (("g", 9.81), ("e", 0.7)), ("bounces",), indicators=1)
 BLOCK = Foreign(("x", "v"), (0.0, 0.0), (("mu", 1.0), ("belt", 0.5)), ("side",), indicators=1, depends=(2,))
 PULSE = Foreign(("x",), (0.0,), (("at", 7.3), ("width", 1e-3)), ("on",), indicators=1)
+
+
+def heat(n: int = 40, reach: int = 1) -> Foreign:
+    """The rod of heat.c, where each cell is said to depend on those up to ``reach`` cells away."""
+    place = [7 * k % n for k in range(n)]
+    depends: list[list[int]] = [[]] * n
+    for k in range(n):
+        depends[place[k]] = sorted(place[i] + 1 for i in range(max(0, k - reach), min(n, k + reach + 1)))
+    return Foreign(_numbered(n), (0.0,) * n, (("rate", 1e4),), rates_depend=depends)
+
+
+def _numbered(n: int) -> tuple[str, ...]:
+    return tuple(f"x{i}" for i in range(n))
+
+
 # begins with lazy: it computes when it is asked for its rates, and of all else says what it was before; with hasty: it
 # computes when it is asked for a variable, unless it was asked for its rates before
 MODELS = {
@@ -77,6 +95,14 @@ MODELS = {
     "relays": Foreign(
         ("a", "b", "c", "d", "e"), (1.0, 2.0, 3.0, 4.0, 5.0), (), (), indicators=5, depends=(1, 2, 3, 4, 5)
     ),
+    "heat": heat(),
+    "heat_silent": replace(heat(), rates_depend=()),
+    "heat_wrong": heat(reach=0),
+    "heat_exact": replace(heat(), directional=True),
+    "heat_1000": replace(heat(1000), parameters=(), first_rate=2001, options=("-DNX=1000", "-DRATES=2001")),
+    "ring": Foreign(_numbered(40), (1.0,) * 40, (("rate", 1e3),), ("touch",), indicators=1, depends=(21,)),
+    "brusselator": Foreign(_numbered(50), (1.0,) * 25 + (3.0,) * 25, (("d", 0.02),)),
+    "hub": Foreign(_numbered(41), (0.0,) * 41, (("rate", 1e3),)),
     "toggle": Foreign(("x",), (1.0,), (), ("sign",), indicators=1),
     "nudge": Foreign(("x",), (1.0,), (), ("nudges",), indicators=1),
     "graze": Foreign(("x",), (0.0,), (), ("entries",), indicators=1),
@@ -122,7 +148,13 @@ def foreign(name: str, folder: Path, fmi: int = 2) -> Path:
     """The FMU ``name`` in ``folder``."""
     description = (_one, _two, _three)[fmi - 1](name, MODELS[name])
     order = name.partition("_")[0]
-    options = (f"-DFMI={fmi}", f"-DPREFIX={name}_", "-Wno-unused-function", *ORDERS.get(order, ()))
+    options = (
+        f"-DFMI={fmi}",
+        f"-DPREFIX={name}_",
+        "-Wno-unused-function",
+        *ORDERS.get(order, ()),
+        *MODELS[name].options,
+    )
     source = FOLDER / f"{name.removeprefix(f'{order}_') if order in ORDERS else name}.c"
     if not source.exists():
         source = FOLDER / f"{name.rpartition('_')[0]}.c"
@@ -134,7 +166,7 @@ def _one(name: str, m: Foreign) -> str:
         (s, i + 1, 'causality="output"', f' start="{v}"')
         for i, (s, v) in enumerate(zip(m.states, m.starts, strict=True))
     ]
-    reals += [(f"der({s})", 101 + i, "", "") for i, s in enumerate(m.states)]
+    reals += [(f"der({s})", m.first_rate + i, "", "") for i, s in enumerate(m.states)]
     reals += [
         (p, 201 + i, 'causality="input"' if p in m.inputs else 'variability="parameter"', f'{_unit(p)} start="{v}"')
         for i, (p, v) in enumerate(m.parameters)
@@ -166,7 +198,7 @@ def _two(name: str, m: Foreign) -> str:
         for i, (s, v) in enumerate(zip(m.states, m.starts, strict=True))
     ]
     lines += [
-        f'<ScalarVariable name="der({s})" valueReference="{101 + i}"><Real derivative="{i + 1}"/>'
+        f'<ScalarVariable name="der({s})" valueReference="{m.first_rate + i}"><Real derivative="{i + 1}"/>'
         for i, s in enumerate(m.states)
     ]
     lines += [
@@ -183,7 +215,7 @@ def _two(name: str, m: Foreign) -> str:
     ]
     shown = len(m.numbers) + len(m.echoes)
     outputs = [*range(1, n + 1), *(2 * n + len(m.parameters) + i + 1 for i in range(shown))]
-    unknown = "".join(f'<Unknown index="{i}"/>' for i in range(n + 1, 2 * n + 1))
+    unknown = "".join(f'<Unknown index="{n + 1 + i}"{_depends(m, i)}/>' for i in range(n))
     computed = "".join(f'<Unknown index="{i}"/>' for i in [*range(n + 1, 2 * n + 1), *outputs[n:]])
     variables = "\n".join(f"{line}</ScalarVariable>" for line in lines)
     return f"""<?xml version="1.0" encoding="UTF-8"?>
@@ -206,7 +238,8 @@ def _three(name: str, m: Foreign) -> str:
         for i, s in enumerate(m.states)
     ]
     lines += [
-        f'<Float64 name="der({s})" valueReference="{101 + i}" derivative="{i + 1}"/>' for i, s in enumerate(m.states)
+        f'<Float64 name="der({s})" valueReference="{m.first_rate + i}" derivative="{i + 1}"/>'
+        for i, s in enumerate(m.states)
     ]
     lines += [
         f'<Float64 name="{p}" valueReference="{201 + i}" {_kind(m, p)}{_unit(p)} start="{v}"/>'
@@ -220,8 +253,8 @@ def _three(name: str, m: Foreign) -> str:
     lines += [f'<Float64 name="{e}" valueReference="{151 + i}" causality="output"/>' for i, e in enumerate(m.echoes)]
     computed = [*(401 + i for i in range(len(m.numbers))), *(151 + i for i in range(len(m.echoes)))]
     structure = [f'<Output valueReference="{i}"/>' for i in [*(s + 1 for s in states), *computed]]
-    structure += [f'<ContinuousStateDerivative valueReference="{101 + i}"/>' for i in states]
-    structure += [f'<InitialUnknown valueReference="{101 + i}"/>' for i in states]
+    structure += [f'<ContinuousStateDerivative valueReference="{m.first_rate + i}"{_depends(m, i)}/>' for i in states]
+    structure += [f'<InitialUnknown valueReference="{m.first_rate + i}"/>' for i in states]
     structure += [f'<InitialUnknown valueReference="{i}"/>' for i in computed]
     structure += [
         f'<EventIndicator valueReference="{301 + i}" dependencies="{m.depends[i]}"/>' for i in range(m.indicators)
@@ -251,6 +284,10 @@ def _interface(name: str, m: Foreign, exchange: str, events: str) -> str:
 def _experiment(m: Foreign) -> str:
     stated = " ".join(f'{name}="{value}"' for name, value in m.experiment.items())
     return f"<DefaultExperiment {stated}/>" if stated else ""
+
+
+def _depends(m: Foreign, rate: int) -> str:
+    return f' dependencies="{" ".join(map(str, m.rates_depend[rate]))}"' if m.rates_depend else ""
 
 
 def _kind(m: Foreign, name: str) -> str:

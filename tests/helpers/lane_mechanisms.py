@@ -11,7 +11,8 @@ import sympy
 from quick_export import quick_export
 
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.language.contacts import Contact, Friction
+from fmu_models.language.contacts import Contact
+from fmu_models.language.friction import Friction
 from fmu_models.language.impacts import Impact, Newton
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt

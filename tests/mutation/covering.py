@@ -72,7 +72,7 @@ PROBES = {
             "test_clocks_of_any_fmu",
         ),
         *("test_methods_on_any_fmu", "test_texts_of_any_fmu", "test_arrays", "test_coupling", "test_cosimulation"),
-        *("test_branches_of_any_fmu", "test_master_on_ours", "test_exact_flow"),
+        *("test_branches_of_any_fmu", "test_master_on_ours", "test_exact_flow", "test_sparse_jacobians"),
     ),
     "fmu_models/lanes/c": ("test_lanes", "test_lane_tangents", "test_lane_limits", "test_ensemble"),
 }

@@ -11,7 +11,7 @@ from quick_export import quick_export
 
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.automaton import Automaton
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.laws.kelvin_voigt import KelvinVoigt
 from fmu_models.language.mechanism import Mechanism

@@ -8,9 +8,33 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import sympy
 from scipy.integrate import solve_ivp
 
+from fmu_models import TIME, Coordinate, Mechanism, Parameter
+
 NEAR = 1e-11  # of a bound: there
+
+m = Parameter("m", 1.0, "kg", "mass", positive=True)
+k = Parameter("k", 1.0, "N/m", "spring")
+a = Parameter("a", 2.0, "N", "drive")
+w = Parameter("w", 1.3, "rad/s", "frequency")
+N = Parameter("N", 1.0, "N", "normal force", positive=True)
+x = Coordinate("x", "m", "displacement", velocity="v")
+
+
+def driven_mass(name: str, *contacts: object) -> Mechanism:
+    """A mass on a spring, shaken by a sine, with contacts of its own."""
+    return Mechanism(
+        name=name,
+        title="driven mass held by forces with memory",
+        source="test",
+        coordinates=[x],
+        kinetic_energy=m * x.v**2 / 2,
+        potential_energy=k * x**2 / 2,
+        applied={x: a * sympy.sin(w * TIME)},
+        contacts=list(contacts),  # type: ignore[arg-type]
+    )
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from fmu_models import load, oscillators
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.law_parameter import T_0
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws.ageing import Ageing

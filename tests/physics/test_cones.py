@@ -17,7 +17,7 @@ from quick_export import quick_export
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.arctan import Arctan
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.coulomb import Coulomb

@@ -13,10 +13,9 @@ from emulated_loop import of_sliders as of_sliders_along
 from fmpy import simulate_fmu
 from quick_export import quick_export
 from scipy.integrate import solve_ivp
-from sliders import MassOnSliders
+from sliders import MassOnSliders, N, driven_mass, k, m, x
 
 from fmu_models import (
-    TIME,
     BoucWen,
     BoucWenBaberNoori,
     Coordinate,
@@ -49,30 +48,14 @@ from fmu_models.codegen.lane_tables import lane_obstacles
 from fmu_models.families.jobs import Jobs
 from fmu_models.lowering.lower import lower
 
-m = Parameter("m", 1.0, "kg", "mass", positive=True)
-k = Parameter("k", 1.0, "N/m", "spring")
-a = Parameter("a", 2.0, "N", "drive")
-w = Parameter("w", 1.3, "rad/s", "frequency")
-N = Parameter("N", 1.0, "N", "normal force", positive=True)
 mu = Parameter("mu", 0.3, "1", "friction", minimum=0)
-x = Coordinate("x", "m", "displacement", velocity="v")
 END = 20.0
 STATES = ("x", "v")
 
 
 def bodily(law: object, *beside: object, name: str = "held_mass", **others: object) -> Mechanism:
     """A driven mass on a spring and a force with memory."""
-    way = others.pop("way", x)
-    return Mechanism(
-        name=name,
-        title="mass held by a force with memory",
-        source="test",
-        coordinates=[x],
-        kinetic_energy=m * x.v**2 / 2,
-        potential_energy=k * x**2 / 2,
-        applied={x: a * sympy.sin(w * TIME)},
-        contacts=[Hysteresis(name="h", way=way, law=law, **others), *beside],  # type: ignore[arg-type]
-    )
+    return driven_mass(name, Hysteresis(name="h", way=others.pop("way", x), law=law, **others), *beside)  # type: ignore[arg-type]
 
 
 def of_sliders(n: int, *, rubs: bool) -> Mechanism:

@@ -14,7 +14,7 @@ from fmu_models.codegen.lane_tables import lane_obstacles
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.simulate import simulate_any
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter

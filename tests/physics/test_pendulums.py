@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.impacts import Impact, Newton
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism

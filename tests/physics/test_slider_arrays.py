@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy
 from emulated_loop import of_sliders
-from sliders import MassOnSliders
+from sliders import MassOnSliders, N, a, driven_mass, k, m, w, x
 
 from fmu_models import (
     TIME,
@@ -34,31 +34,16 @@ from fmu_models.explorer.module import wasm
 from fmu_models.lowering.fold import fold
 from fmu_models.lowering.lower import lower
 
-m = Parameter("m", 1.0, "kg", "mass", positive=True)
-k = Parameter("k", 1.0, "N/m", "spring")
-a = Parameter("a", 2.0, "N", "drive")
-w = Parameter("w", 1.3, "rad/s", "frequency")
-N = Parameter("N", 1.0, "N", "normal force", positive=True)
 mu = Parameter("mu", 0.1, "1", "friction", minimum=0)
 F_S = Parameter("F_S", 1.5, "N", "sliding force", positive=True)
 K_T = Parameter("K_T", 3.0, "N/m", "stiffness", positive=True)
 L = Parameter("L", 1.0, "m", "unit of length")
-x = Coordinate("x", "m", "displacement", velocity="v")
 
 
 def mass_on_joint(n: int, *beside: object, name: str = "mass_on_joint") -> Mechanism:
     """A driven mass on a joint of n sliders."""
     law = Iwan4(F_S=F_S, K_T=K_T, chi=-0.5, beta=0.3, sliders=n)
-    return Mechanism(
-        name=f"{name}_{n}",
-        title="mass on a joint",
-        source="test",
-        coordinates=[x],
-        kinetic_energy=m * x.v**2 / 2,
-        potential_energy=k * x**2 / 2,
-        applied={x: a * sympy.sin(w * TIME)},
-        contacts=[Hysteresis(name="h", way=x, law=law), *beside],  # type: ignore[list-item]
-    )
+    return driven_mass(f"{name}_{n}", Hysteresis(name="h", way=x, law=law), *beside)
 
 
 REST = Coordinate("rest", "m", "a body", velocity="rest_speed")

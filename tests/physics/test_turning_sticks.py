@@ -110,7 +110,7 @@ def test_amplitudes_with_two_stops_are_those_of_the_closed_form(dry):
     compared = 0
     for node in sticking:
         rest = next(event for event in node.seen.events if event.after == 0 and event.before == 1)
-        A = float(node.problem._after(node.z, rest.time)[0])  # where it has come to rest, upwards
+        A = float(node.problem._state(node.z, rest.time)[0])  # where it has come to rest, upwards
         # next to 1 the amplitude changes by the inverse of what is left of it for an error of the equation
         if 1.0 - abs(node.multipliers[0]) < 1e-3:
             continue

@@ -14,7 +14,7 @@ from fmpy import simulate_fmu
 from fmu_models import export
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.laws.lugre import LuGre
 from fmu_models.language.laws.warmed import Warmed

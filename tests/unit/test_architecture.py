@@ -50,6 +50,7 @@ FLOORS = (
     ("identification.fitted_model",),
     ("identification.model_check", "identification.next_step", "identification.transfer"),
     ("identification.report", "identification.watch"),
+    ("identification.studio",),
     ("identification.commands",),
     ("identification.cli",),
 )

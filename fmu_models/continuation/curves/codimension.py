@@ -156,7 +156,7 @@ def limit_with_event(node: Node, z: Vector, miss: Passing) -> Vector | None:
 def displaced(node: Node, z: Vector, miss: Passing, depth: float) -> tuple[Passing, Seen] | None:
     """The event that a miss becomes, and the run, from a start that lies so deep, in u, beyond z."""
     down = miss.gradient * node.scales
-    down[len(node.problem.states) :] = 0.0
+    down[node.problem.width :] = 0.0
     size = float(np.linalg.norm(down))
     seen = look(node.problem, z - depth * down / size * node.scales) if size else None
     event = None if seen is None else new_event(seen, node.seen, miss)

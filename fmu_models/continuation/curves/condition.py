@@ -55,7 +55,7 @@ class Condition(ABC):
         tangent = np.linalg.svd(rows)[2][-1]
         if np.abs(rows @ tangent).max() > APART:
             raise Lost("the second parameter takes the crossing of two branches apart")
-        sense = tangent[len(node.problem.states)] if towards is None else tangent @ towards
+        sense = tangent[node.problem.second_index] if towards is None else tangent @ towards
         return replace(node, tangent=tangent if sense >= 0.0 else -tangent)
 
 
@@ -138,9 +138,9 @@ class Determinant(Vanishing):
     def _value(self, problem: Problem, seen: Seen, scales: Vector) -> float:
         if self.passes == "+1":
             rows = np.ones(problem.size, bool)
-            rows[[len(problem.states), -1]] = False
+            rows[[problem.width, -1]] = False
             return float(np.linalg.det(_scaled(seen, scales)[:, rows]))
-        return passing_test(problem.own(problem.multipliers(seen.monodromy)), self.passes)
+        return passing_test(problem.own(problem.spectrum(seen)), self.passes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +155,7 @@ class Rank(Vanishing):
 
     def function(self, node: Node) -> Callable[[Seen], Vector]:
         """The part of the bordered inverse that vanishes where the rank is less."""
-        n, scales = len(node.problem.states), node.scales
+        n, scales = node.problem.width, node.scales
 
         def matrix(seen: Seen) -> Vector:
             return np.delete(_scaled(seen, scales), n, axis=1)

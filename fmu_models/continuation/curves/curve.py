@@ -95,7 +95,7 @@ class Curve(Ended):
 
     def at(self, second: float) -> tuple[CurvePoint, ...]:
         """The points of the curve at a value of the second parameter."""
-        index = len(self.states)
+        index = self.nodes[0].problem.second_index
         points = []
         end = min((self.nodes[k].z[index] for k in (0, -1)), key=lambda value: abs(value - second))
         # an end of the curve is at that of its range but for rounding

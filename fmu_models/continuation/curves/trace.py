@@ -53,19 +53,19 @@ def curve_of(
     if not kind_of(kind).passes and miss is None:
         raise StickslipError(f"A {kind} of an FMU of others has no curve: folds, flips and other smooth points have.")
     problem = node.problem.opened(second)
-    value, n = problem.present(second), len(problem.states)
+    value, index = problem.present(second), problem.second_index
     low, high = sorted(float(bound) for bound in between or (value / 2, 2 * value))
     if not (low <= value <= high and low < high and np.isfinite([low, high]).all()):
         raise StickslipError(
             f"The branch has {second} = {value:g}: give a range that holds it, found {low:g} to {high:g}."
         )
-    scales, z = np.insert(node.scales, n, high - low), np.insert(node.z, n, value)
+    scales, z = (np.insert(node_z, problem.width, v) for node_z, v in ((node.scales, high - low), (node.z, value)))
     seen = problem.see(z)
     condition = _condition(kind, node, miss)
     point = Node(problem, scales, z, seen, np.zeros_like(z))
-    box = {n: (low, high), len(z) - 1: (min(within), max(within))}
+    box = {index: (low, high), -1: (min(within), max(within))}
     try:
-        point = condition.solved(point, point.u, pinned(n, value), 0.0)
+        point = condition.solved(point, point.u, pinned(index, value), 0.0)
         point = condition.directed(point, None)
     except Lost as error:
         raise StickslipError(f"The curve of the {kind} could not be begun: {error}.") from None
@@ -100,7 +100,7 @@ class _Trace:
         while len(self.way.nodes) < self.points:
             outward = self._outward(node)
             if outward is not None:
-                name, value = node.problem.parameters[outward != len(node.problem.states)], node.z[outward]
+                name, value = node.problem.parameters[outward == -1], node.z[outward]
                 self.way.end = ("range", f"{name} = {value:g} is the end of its range")
                 return
             try:
@@ -213,20 +213,20 @@ class _Trace:
 
     def _placed(self, node: Node) -> Node:
         """At another phase, where an event is near the strobe."""
-        moved = node.problem.rephased(node.z, node.seen)
+        moved = node.problem.rephased(node.z, node.seen, node.scales)
         if moved is None:
             return node
         problem, z = moved
-        seen, n = look(problem, z), len(node.problem.states)
+        seen, index = look(problem, z), problem.second_index
         if seen is None:
             return node
         try:
-            placed = Node(problem, node.scales, z, seen, np.zeros_like(z))
-            placed = self.condition.solved(placed, placed.u, pinned(n, float(z[n])), 0.0)
+            placed = Node(problem, problem.scales_like(node.scales), z, seen, np.zeros_like(z))
+            placed = self.condition.solved(placed, placed.u, pinned(index, float(z[index])), 0.0)
             placed = self.condition.directed(placed, None)
         except Lost:
             return node
-        return placed if placed.tangent[[n, -1]] @ node.tangent[[n, -1]] >= 0.0 else placed.turned()
+        return placed if placed.tangent[[index, -1]] @ node.tangent[[index, -1]] >= 0.0 else placed.turned()
 
     def _meetings(self, before: Node, after: Node) -> list[tuple[str, Node]]:
         """Points of codimension 2 between neighbours."""

@@ -114,13 +114,16 @@ def criticality(kind: str, form: Coefficient) -> str:
 
 
 def _at_zero(node: Node) -> tuple[Problem, Vector]:
-    """At phase 0 of the forcing, unless an event is near it."""
+    """At phase 0 of the forcing, unless an event is near it, and in one segment."""
     problem = node.problem
-    if isinstance(problem, FlowProblem) and problem.phase:
-        moved, z = replace(problem, phase=0.0), problem.shifted(node.z, node.seen, 0.0)
+    if isinstance(problem, FlowProblem) and (problem.phase or problem.cuts):
+        moved = replace(problem, phase=0.0, cuts=())
+        z = problem.shifted(node.z, node.seen, 0.0, moved)
         seen = look(moved, z)
-        if seen is not None and cyclic(seen.word) == node.word and moved.rephased(z, seen) is None:
+        if seen is not None and cyclic(seen.word) == node.word and moved.rephased(z, seen, node.scales) is None:
             return moved, z
+        moved = replace(problem, cuts=())
+        return moved, problem.shifted(node.z, node.seen, problem.phase, moved)
     return problem, node.z
 
 

@@ -129,7 +129,7 @@ class EquilibriumProblem(Problem):
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         return np.append(np.maximum(np.abs(z[: len(self.states)]), self.sizes), abs(between[1] - between[0]))
 
-    def folded(self, times: int) -> Problem:
+    def folded(self, times: int, growth: float = 1.0) -> Problem:
         return self
 
     def multipliers(self, monodromy: Vector) -> Complex:

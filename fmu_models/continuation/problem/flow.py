@@ -1,10 +1,22 @@
-"""What a branch of an oscillator is followed of: the periodic motions of a strobe."""
+"""What a branch of an oscillator is followed of: the periodic motions of a strobe.
+
+The period is one segment or, where tangents grow by more than rounding bears, m of them (multiple shooting). Segment k
+begins at the share s_k of the period, away from events and from what holds, and none lets tangents grow much:
+
+    z = (x_0, ..., x_{m-1}, [q,] [T,] p)        P_k(x_k; q, T, p) - x_{k+1} = 0,   x_m = x_0
+
+All states are unknowns, so that an error of one meets the growth of its own segment alone, and the factors of the
+monodromy matrix give multipliers of any size (sections/stability.py). Where start and end of a segment move with q, T
+or p, at rates a and b, the derivative of its end is that at fixed times + f(end) b - A_k f(start) a.
+
+Source: Ascher, Mattheij, Russell, Numerical Solution of Boundary Value Problems (1995), chapter 4.
+"""
 
 import math
 import weakref
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import pairwise
 from typing import Any
 
@@ -12,31 +24,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.continuation.problem.pauses import CLEAR, clear_places, held_at_start, is_clear, pauses
 from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
-from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK, TOUCHING
+from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK
 from fmu_models.sections.amounts import Direction
 from fmu_models.sections.strobe import HOW, Strobe, strobe_of
 from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of
-from fmu_models.simulation.trajectory import Event
 
-# share of the orbit's length that an event must keep from the strobe, beyond which the strobe moves to another phase;
-# less where pauses are shorter
-CLEAR = 0.01
+# a multiplier from which on the period is divided into segments; growth of tangents that one may have then, and from
+# which on they are divided anew
+HUGE, GROWTH, TOO_MUCH = 1e6, 1e4, 1e6
 RESTS = 1e-12  # of the largest state: what moves less rests, and that is rounding
-
-
-def pauses(events: Sequence[Passing | Event], length: float) -> list[tuple[bool, float, float]]:
-    """Pauses of a period with these events: whether a contact holds, sticks or remembers, begin and length; longest
-    first, those in which one does last."""
-    times = [event.time for event in events]
-    last = {event.contact: event.after for event in events}
-    gaps = []
-    for i, event in enumerate(events):
-        last[event.contact] = event.after
-        after = times[i + 1] if i + 1 < len(times) else times[0] + length
-        gaps.append((_held(last.values()), times[i] - after, times[i]))
-    return [(holding, pause_start, -negative) for holding, negative, pause_start in sorted(gaps)]
 
 
 def _ties(events: Sequence[Passing], gradients: Vector) -> tuple[Passing, ...]:
@@ -70,13 +69,23 @@ def _counted(word: Word) -> Word:
     return tuple(letters)
 
 
-def held_at_start(events: Sequence[Passing | Event]) -> bool:
-    """Whether a period with these events begins in a contact that closes, sticks or remembers."""
-    return _held({event.contact: event.after for event in events}.values())
+@dataclass(frozen=True, eq=False)
+class _Segment:
+    """What a run over a segment has shown.
 
+    Attributes:
+        rows: of z, where its start is.
+        begin, by_begin: s, of its start, and the derivative of that by what follows the states in z.
+        rates: of the states there.
+    """
 
-def _held(states: Iterable[int]) -> bool:
-    return any(state in (STICK, TOUCHING) for state in states)
+    rows: slice
+    begin: float
+    by_begin: Vector
+    rates: Vector
+    events: NDArray[Any]
+    by_times: Vector
+    passage: whole_run.Passage
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +95,7 @@ class FlowProblem(Problem):
     Args:
         strobe: how many periods of the forcing there are in one of the motion, and the values of all parameters.
         phase: of the start, in periods of the forcing.
+        cuts: where segments begin beside the first, in shares of the period of the motion.
         second: name of the other parameter of a curve.
         kept: the instance of the FMU and what belongs to it, once it is there.
     """
@@ -94,6 +104,7 @@ class FlowProblem(Problem):
     over: str = ""
     second: str = ""
     phase: float = 0.0
+    cuts: tuple[float, ...] = ()
     kept: list[Any] = field(default_factory=list, repr=False)
 
     @property
@@ -108,6 +119,15 @@ class FlowProblem(Problem):
     def cyclic(self) -> list[int]:
         """Places of the states upon which nothing depends."""
         return [self.states.index(name) for name in self.strobe.fmu.cyclic]
+
+    @property
+    def width(self) -> int:  # type: ignore[override]
+        return (1 + len(self.cuts)) * len(self.states)
+
+    @property
+    def divisible(self) -> bool:
+        """Whether the period may be divided into segments."""
+        return not self.cyclic
 
     @property
     def neutral(self) -> int:  # type: ignore[override]
@@ -126,8 +146,9 @@ class FlowProblem(Problem):
         return self.strobe.fmu.start_of(name) if value is None else float(value)
 
     def _run(
-        self, z: Vector, start: float, stop: float
+        self, x: Vector, z: Vector, times: Sequence[float]
     ) -> tuple[whole_run.Result, Vector, Vector, bool, whole_run.Passage]:
+        """From states x (n,) at the first of the times, with the parameters of z."""
         if not self.kept:
             fmu = self.strobe.fmu
             engine, variables, names = engine_of(fmu), fmu.variables, (*self.states, *self.parameters)
@@ -138,11 +159,11 @@ class FlowProblem(Problem):
             constants = {variables[name].valueReference: value for name, value in self.strobe.values.items()}
             self.kept.extend([differentiator, references, constants])
         differentiator, references, constants = self.kept
-        request = whole_run.Request(np.array([start, stop]), references[: len(self.states)])
-        inputs = [*z[: len(self.states)].tolist(), *self.values(z).values()]
+        request = whole_run.Request(np.array(times, dtype=float), references[: len(self.states)])
+        inputs = [*x.tolist(), *self.values(z).values()]
         initial = {**constants, **dict(zip(references.tolist(), inputs, strict=True))}
-        result, by, by_times, one_sided = differentiator.run(request, initial, start, self.strobe.tolerance)
-        return result, by[1], by_times, one_sided, differentiator.passage
+        result, by, by_times, one_sided = differentiator.run(request, initial, times[0], self.strobe.tolerance)
+        return result, by, by_times, one_sided, differentiator.passage
 
     def length(self, z: Vector) -> float:
         """Of the period of the motion at z, s."""
@@ -174,77 +195,87 @@ class FlowProblem(Problem):
         return Direction(by, begin * stretch, end * stretch)
 
     def see(self, z: Vector) -> Seen:
-        """One run with tangents along states and parameters."""
-        n = len(self.states)
+        """One run with tangents along states and parameters, segment by segment."""
+        n, width = len(self.states), self.width
         length = self.length(z)
         if not (length > 0.0 and math.isfinite(length)):
             raise StickslipError(f"A period of {length:g} s is none.")
         start, _ = self.span(z)
-        result, by, by_times, one_sided, passage = self._run(z, start, start + length)
-        f0, f1 = passage.rates
-        monodromy = by[:, :n]
-        # by how much start and length change with a parameter that moves the period
-        rates = self.strobe.period_rates(self.values(z))
-        by_values = by[:, n:] + f1[:, None] * (rates * (start + length)) - (monodromy @ f0)[:, None] * (rates * start)
-        residual, jacobian = result.values[1] - z[:n], np.zeros((n + self.autonomous, self.size))
-        jacobian[:n, :n] = monodromy
-        jacobian.flat[: n * self.size : self.size + 1] -= 1.0
+        points = z[:width].reshape(-1, n)
+        residual, jacobian = np.zeros(width + self.autonomous), np.zeros((width + self.autonomous, self.size))
+        factors, segments, word, corner = [], [], [], False
+        for k, shares in enumerate(pairwise((0.0, *self.cuts, 1.0))):
+            begin, end = (start + length * share for share in shares)
+            by_begin, by_end = self._by_instant(z, begin, shares[0]), self._by_instant(z, end, shares[1])
+            result, by, by_times, one_sided, passage = self._run(points[k], z, (begin, end))
+            f0, f1 = passage.rates
+            factor, after, rows = by[1][:, :n], (k + 1) % len(points), slice(k * n, k * n + n)
+            residual[rows], jacobian[rows, rows] = result.values[1] - points[after], factor
+            jacobian[np.arange(k * n, k * n + n), np.arange(after * n, after * n + n)] -= 1.0
+            by_rest = self._padded(by[1][:, n:]) + np.outer(f1, by_end) - np.outer(factor @ f0, by_begin)
+            jacobian[rows, width:] = by_rest
+            factors.append(factor)
+            segments.append(_Segment(rows, begin, by_begin, f0, result.events, by_times, passage))
+            columns = (result.events[name].tolist() for name in ("contact", "before", "after"))
+            word += zip(*columns, strict=True)
+            corner |= one_sided
         if self.cyclic:
-            residual[self.cyclic], by_values[self.cyclic], jacobian[self.cyclic, :n] = 0.0, 0.0, np.eye(n)[self.cyclic]
-        jacobian[:n, n : n + len(rates) - 1], jacobian[:n, -1] = by_values[:, :-1], by_values[:, -1]
+            residual[self.cyclic], jacobian[self.cyclic] = 0.0, np.eye(self.size)[self.cyclic]
         if self.autonomous:
-            f0[self.cyclic] = f1[self.cyclic] = 0.0
-            jacobian[:n, -2], jacobian[n, :n] = f1, f0
-            residual = np.append(residual, 0.0)
-
-        names, columns = self.strobe.contacts, (result.events[name].tolist() for name in ("contact", "before", "after"))
-        word = _counted(tuple((names[contact], before, after) for contact, before, after in zip(*columns, strict=True)))
+            jacobian[width, :n] = segments[0].rates
+            jacobian[width, self.cyclic] = 0.0
 
         def passings() -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
-            return self._passings(result.events, by_times, passage, start, (f0, rates))
+            return self._passings(segments, start)
 
-        return Seen(residual, jacobian, monodromy, length, word, passings, one_sided)
+        letters = _counted(tuple((self.strobe.contacts[contact], before, after) for contact, before, after in word))
+        monodromy = reduce(lambda total, factor: factor @ total, factors)
+        divided = np.array(factors) if self.cuts else None
+        return Seen(residual, jacobian, monodromy, length, letters, passings, corner, divided)
 
-    def _passings(
-        self,
-        rows: NDArray[Any],
-        by_times: Vector,
-        passage: whole_run.Passage,
-        start: float,
-        moving: tuple[Vector, Vector],
-    ) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
-        """Events and misses of a run that starts at a time, the start moved by parameters so: rates there, and by how
-        much."""
+    def _by_instant(self, z: Vector, instant: float, share: float) -> Vector:
+        """Derivative of an instant, s, at a share of the period, by what follows the states in z."""
+        rates = self.strobe.period_rates(self.values(z)) * instant
+        return np.insert(rates, -1, share) if self.autonomous else rates
+
+    def _padded(self, by_parameters: Vector) -> Vector:
+        """Derivatives (k, parameters) as those (k, size - width) by what follows the states in z."""
+        return np.insert(by_parameters, -1, 0.0, axis=1) if self.autonomous else by_parameters
+
+    def _passings(self, segments: Sequence[_Segment], start: float) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
+        """Events and misses of runs over segments, the first of which begins at a time."""
         n, names = len(self.states), self.strobe.contacts
-        f0, rates = moving
+        events: list[Passing] = []
+        misses: list[Passing] = []
+        times = [np.zeros((0, self.size))]
+        for segment in segments:
 
-        def gradients(raw: Vector) -> Vector:
-            padded = np.zeros((len(raw), self.size))
-            padded[:, :n] = raw[:, :n]
-            by_parameters = raw[:, n:] - (raw[:, :n] @ f0)[:, None] * rates * start
-            padded[:, -1] = by_parameters[:, -1]
-            if self.second:
-                padded[:, n] = by_parameters[:, 0]
-            return padded
+            def gradients(raw: Vector, segment: _Segment = segment) -> Vector:
+                by_begin = np.outer(raw[:, :n] @ segment.rates, segment.by_begin)
+                padded = np.zeros((len(raw), self.size))
+                padded[:, segment.rows], padded[:, self.width :] = raw[:, :n], self._padded(raw[:, n:]) - by_begin
+                return padded
 
-        begun = zip(rows, passage.speeds.tolist(), gradients(passage.speed_derivatives), strict=True)
-        events = tuple(
-            Passing(
-                names[row["contact"]], EVENT, 0, int(row["before"]), int(row["after"]), float(row["time"]) - start,
-                speed, gradient,
-            )
-            for row, speed, gradient in begun
-        )  # fmt: skip
-        misses = tuple(
-            Passing(
-                names[row["contact"]], int(row["slot"]), int(row["side"]), int(row["state"]), int(row["state"]),
-                float(row["time"]) - start, float(row["value"]), gradient,
-                bool(row["slope"] != 0.0), bool(row["begins"]),
-            )
-            for row, gradient in zip(passage.misses, gradients(passage.miss_derivatives), strict=True)
-        )  # fmt: skip
-        misses = tuple(miss for miss in misses if _decides(miss, events))
-        return events, misses + _ties(events, gradients(by_times))
+            passage = segment.passage
+            begun = zip(segment.events, passage.speeds.tolist(), gradients(passage.speed_derivatives), strict=True)
+            events += (
+                Passing(
+                    names[row["contact"]], EVENT, 0, int(row["before"]), int(row["after"]), float(row["time"]) - start,
+                    speed, gradient,
+                )
+                for row, speed, gradient in begun
+            )  # fmt: skip
+            misses += (
+                Passing(
+                    names[row["contact"]], int(row["slot"]), int(row["side"]), int(row["state"]), int(row["state"]),
+                    float(row["time"]) - start, float(row["value"]), gradient,
+                    bool(row["slope"] != 0.0), bool(row["begins"]),
+                )
+                for row, gradient in zip(passage.misses, gradients(passage.miss_derivatives), strict=True)
+            )  # fmt: skip
+            times.append(gradients(segment.by_times))
+        deciding = tuple(miss for miss in misses if _decides(miss, events))
+        return tuple(events), deciding + _ties(events, np.concatenate(times))
 
     def scales(self, z: Vector, between: tuple[float, float]) -> Vector:
         """What the states do over a period."""
@@ -260,41 +291,93 @@ class FlowProblem(Problem):
     def is_rigid(self, contact: str) -> bool:
         return contact in self.strobe.fmu.impacts
 
-    def folded(self, times: int) -> Problem:
-        """So many periods of this one."""
-        return replace(self, strobe=self.strobe.folded(times), kept=self.kept)
+    def scales_like(self, scales: Vector) -> Vector:
+        n, rest = len(self.states), self.size - self.width
+        many, before = 1 + len(self.cuts), (len(scales) - rest) // n
+        # of many segments u changes as much as of one
+        return np.append(np.tile(scales[:n] * math.sqrt(many / before), many), scales[-rest:])
+
+    def folded(self, times: int, growth: float = 1.0) -> Problem:
+        """So many periods of this one, each of its own segments if there are any, or are to be."""
+        divides = bool(self.cuts) or (self.divisible and growth**times > HUGE)
+        starts = [(i + share) / times for i in range(times) for share in (0.0, *self.cuts)] if divides else [0.0]
+        return replace(self, strobe=self.strobe.folded(times), cuts=tuple(starts[1:]), kept=self.kept)
 
     def told(self) -> dict[str, Any]:
-        return {"phase": self.phase, **{name: getattr(self.strobe, name) for name in HOW}}
+        cuts = {"cuts": list(self.cuts)} if self.cuts else {}
+        return {"phase": self.phase, **{name: getattr(self.strobe, name) for name in HOW}, **cuts}
 
     def like(self, identity: Mapping[str, Any]) -> Problem:
         strobe = strobe_of(self.strobe, **{name: identity[name] for name in HOW})
-        return replace(self, phase=identity["phase"], strobe=strobe, kept=self.kept)
+        cuts = tuple(identity.get("cuts", ()))
+        return replace(self, phase=identity["phase"], cuts=cuts, strobe=strobe, kept=self.kept)
 
     def part(self, z: Vector, seen: Seen) -> Vector:
-        return self._after(z, seen.length / 2)
+        return self._after(z, seen.length / 2, self.cuts)
 
     def unfolded(self, z: Vector, times: int) -> Vector:
-        return np.append(z[:-2], [times * z[-2], z[-1]]) if self.autonomous else z
+        rest = self.size - self.width
+        states, others = z[:-rest], z[-rest:].copy()
+        if self.autonomous:
+            others[-2] *= times
+        return np.append(np.tile(states, self.width // len(states)), others)
 
-    def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
-        gaps = pauses(seen.events, seen.length)
-        if not gaps:
+    def rephased(self, z: Vector, seen: Seen, scales: Vector) -> tuple[Problem, Vector] | None:
+        length, gaps = seen.length, pauses(seen.events, seen.length)
+        # where a contact sticks nearly always, pauses are short
+        margin = min(CLEAR * length, gaps[0][2] / 8) if gaps else 0.0
+        later = self._clear_start(seen, gaps, margin)
+        if seen.factors is not None:
+            sizes = scales[: len(self.states)]
+            grows = np.linalg.norm(seen.factors / sizes[:, None] * sizes, 2, axis=(1, 2)).max() > TOO_MUCH
+            divides = grows or later or not all(is_clear(share * length, gaps, margin, length) for share in self.cuts)
+        else:
+            divides = self.divisible and np.abs(self.spectrum(seen)).max(initial=0.0) > HUGE
+        if not divides:
+            return self.later(z, seen, later) if later else None
+        cuts = self._divided(z, scales, later, clear_places(gaps, margin, length))
+        phase = self._phase_after(later, length)
+        if (phase, cuts) == (self.phase, self.cuts):
             return None
-        _, pause_start, pause = gaps[0]
-        margin = min(CLEAR * seen.length, pause / 8)  # where a contact sticks nearly always, pauses are short
+        return replace(self, phase=phase, cuts=cuts), self._after(z, later, cuts)
+
+    def _clear_start(self, seen: Seen, gaps: Sequence[tuple[bool, float, float]], margin: float) -> float:
+        """How much later, s, a period begins well away from events; 0 where it may begin where it does."""
         crowded = any(event.time < margin or event.time > seen.length - margin for event in seen.events)
-        if not crowded and not held_at_start(seen.events):
-            return None
+        if not gaps or not (crowded or held_at_start(seen.events)):
+            return 0.0
+        _, pause_start, pause = gaps[0]
         later = (pause_start + pause / 2) % seen.length
-        if min(later, seen.length - later) < margin / 4:
-            return None
-        return self.later(z, seen, later)
+        return 0.0 if min(later, seen.length - later) < margin / 4 else later
+
+    def _divided(self, z: Vector, scales: Vector, later: float, places: Vector) -> tuple[float, ...]:
+        """``cuts`` of a period that begins so much later, s, at some of these places, s after the start of z."""
+        length, (start, _), n = self.length(z), self.span(z), len(self.states)
+        sizes, instants = scales[:n], np.sort(later + (places - later) % length)
+
+        def divided(begin: float, end: float) -> list[float]:
+            """Places between two at which a segment is divided, each at half the growth of what it divides."""
+            within = instants[(instants > begin) & (instants < end)]
+            if not len(within):
+                return []
+            _, by, *_ = self._run(self._state(z, begin), z, [start + instant for instant in (begin, *within, end)])
+            growths = np.log(np.linalg.norm(by[1:, :, :n] / sizes[:, None] * sizes, 2, axis=(1, 2)))
+            if growths.max() <= math.log(GROWTH):
+                return []
+            place = float(within[np.abs(growths[:-1] - growths.max() / 2).argmin()])
+            return [*divided(begin, place), place, *divided(place, end)]
+
+        return tuple((place - later) / length for place in divided(later, later + length))
 
     def later(self, z: Vector, seen: Seen, seconds: float) -> tuple[Problem, Vector]:
-        forcing = seen.length / self.strobe.every
-        phase = seconds if self.autonomous else (self.phase + seconds / forcing) % self.strobe.every
-        return replace(self, phase=0.0 if self.autonomous else phase), self._after(z, seconds)
+        share = seconds / seen.length
+        # the place of a start that is near moves there, the others stay where they are
+        starts = sorted((start - share) % 1.0 for start in (0.0, *self.cuts))
+        cuts = tuple(starts[1:] if starts[0] < 1.0 - starts[-1] else starts[:-1])
+        return replace(self, phase=self._phase_after(seconds, seen.length), cuts=cuts), self._after(z, seconds, cuts)
+
+    def _phase_after(self, seconds: float, length: float) -> float:
+        return 0.0 if self.autonomous else (self.phase + seconds / (length / self.strobe.every)) % self.strobe.every
 
     @property
     def turns(self) -> int:
@@ -304,17 +387,28 @@ class FlowProblem(Problem):
     def rounds(self) -> int:
         return self.strobe.every
 
-    def shifted(self, z: Vector, seen: Seen, phase: float) -> Vector:
+    def shifted(self, z: Vector, seen: Seen, phase: float, like: Problem | None = None) -> Vector:
         turns = (phase - self.phase) % self.strobe.every
-        return self._after(z, turns * seen.length / self.strobe.every)
+        cuts = like.cuts if isinstance(like, FlowProblem) else self.cuts
+        return self._after(z, turns * seen.length / self.strobe.every, cuts)
 
-    def _after(self, z: Vector, later: float) -> Vector:
-        """z of the same motion, so many seconds later."""
-        if later == 0.0:
+    def _after(self, z: Vector, later: float, cuts: tuple[float, ...]) -> Vector:
+        """z of the same motion, so many seconds later, and in these segments."""
+        if later == 0.0 and cuts == self.cuts:
             return z
-        n = len(self.states)
-        start, _ = self.span(z)
-        result, *_ = self._run(z, start, start + later)
-        moved = np.append(result.values[1], z[n:])
+        length = self.length(z)
+        states = [self._state(z, later + share * length) for share in (0.0, *cuts)]
+        return np.concatenate([*states, z[self.width :]])
+
+    def _state(self, z: Vector, later: float) -> Vector:
+        """(n,) the state so many seconds after the start, from the segment in which that is."""
+        n, length, (start, _) = len(self.states), self.length(z), self.span(z)
+        begins, later = length * np.array([0.0, *self.cuts]), later % length
+        k = int(np.searchsorted(begins, later, side="right")) - 1
+        x = z[k * n : (k + 1) * n]
+        if later == begins[k]:
+            return x
+        result, *_ = self._run(x, z, (start + begins[k], start + later))
+        moved = result.values[1]
         moved[self.cyclic] = z[self.cyclic]
         return moved

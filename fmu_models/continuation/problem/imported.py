@@ -98,15 +98,16 @@ class ImportedProblem(FlowProblem):
             gradient[j] = finite[0] / sizes[j]
         return Passing(indicator(i), 0, 0, PASSED, PASSED, time, value, gradient)
 
-    def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
+    @property
+    def divisible(self) -> bool:
+        return False
+
+    def rephased(self, z: Vector, seen: Seen, scales: Vector) -> tuple[Problem, Vector] | None:
         return None
 
-    def _after(self, z: Vector, later: float) -> Vector:
-        if later == 0.0:
-            return z
-        n = len(self.states)
-        moved = self._at(z).trajectory(z[:n], np.array([later]))
-        return np.append([float(moved[name][0]) for name in self.states], z[n:])
+    def _state(self, z: Vector, later: float) -> Vector:
+        moved = self._at(z).trajectory(z[: len(self.states)], np.array([later]))
+        return np.array([float(moved[name][0]) for name in self.states])
 
     def how(self, z: Vector, seen: Seen) -> str:
         """Where motions and derivatives come from, and how near they are at z."""

@@ -92,7 +92,7 @@ class MapProblem(Problem):
     def turns(self) -> int:
         return self.period
 
-    def shifted(self, z: Vector, seen: Seen, phase: float) -> Vector:
+    def shifted(self, z: Vector, seen: Seen, phase: float, like: Problem | None = None) -> Vector:
         n = len(self.states)
         x = z[None, :n]
         for _ in range(round(phase) % self.period):
@@ -112,6 +112,6 @@ class MapProblem(Problem):
     def like(self, identity: Mapping[str, Any]) -> Problem:
         return replace(self, period=identity["period"])
 
-    def folded(self, times: int) -> Problem:
+    def folded(self, times: int, growth: float = 1.0) -> Problem:
         """Cycles of so many times as many points."""
         return replace(self, period=self.period * times)

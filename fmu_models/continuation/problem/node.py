@@ -76,7 +76,7 @@ class Node:
     @cached_property
     def multipliers(self) -> Complex:
         """Largest first."""
-        return self.problem.multipliers(self.seen.monodromy)
+        return self.problem.spectrum(self.seen)
 
     @cached_property
     def stable(self) -> bool:
@@ -111,8 +111,8 @@ class Node:
 
     def folded(self, times: int) -> Node | None:
         """The motion taken so many times; None if it cannot be followed for so long."""
-        problem = self.problem.folded(times)
-        scales, z = self.problem.unfolded(self.scales, times), self.problem.unfolded(self.z, times)
+        problem = self.problem.folded(times, float(np.abs(self.multipliers).max(initial=0.0)))
+        scales, z = problem.unfolded(self.scales, times), problem.unfolded(self.z, times)
         seen = look(problem, z)
         return None if seen is None else Node(problem, scales, z, seen, tangent_of(seen, scales))
 
@@ -149,7 +149,7 @@ def scaled(node: Node) -> Vector:
 def _scaled(seen: Seen, scales: Vector) -> Vector:
     rows = scales[: len(seen.residual)].copy()
     jacobian = seen.jacobian * scales
-    if len(seen.monodromy) < len(rows):  # a step of u along the motion is what the equation of the phase forbids
+    if seen.width < len(rows):  # a step of u along the motion is what the equation of the phase forbids
         jacobian[-1] = seen.jacobian[-1] / scales
         rows[-1] = np.abs(jacobian[-1]).max() or 1.0
     return jacobian / rows[:, None]
@@ -237,7 +237,7 @@ def _evaluated(
     if bound is None:
         return None
     jacobian = _scaled(seen, scales)
-    rows = np.append(scales[: len(seen.monodromy)], np.ones(len(seen.residual) - len(seen.monodromy)))
+    rows = np.append(scales[: seen.width], np.ones(len(seen.residual) - seen.width))
     value, gradient = bound
     gradient = np.atleast_2d(gradient) * scales
     size = np.abs(gradient).max(axis=1)

@@ -29,6 +29,7 @@ import numpy as np
 
 from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
+from fmu_models.sections.stability import product_eigenvalues
 from fmu_models.sections.system import SectionSystem
 
 Word = tuple[tuple[str, int, int], ...]
@@ -102,6 +103,8 @@ class Seen:
         word: events on the way, one after the other.
         passings: gives events and misses, with their derivatives.
         one_sided: events at one instant: the derivatives hold on one side.
+        factors: (m, n, n) derivatives of the ends of m segments by their starts, whose product the monodromy matrix is,
+            the first one rightmost; None where there is one segment.
     """
 
     residual: Vector
@@ -111,6 +114,12 @@ class Seen:
     word: Word = ()
     passings: Callable[[], tuple[tuple[Passing, ...], tuple[Passing, ...]]] = lambda: ((), ())
     one_sided: bool = False
+    factors: Vector | None = None
+
+    @property
+    def width(self) -> int:
+        """Number of unknowns that are states: at the starts of all segments."""
+        return len(self.monodromy) * (1 if self.factors is None else len(self.factors))
 
     @cached_property
     def _told(self) -> tuple[tuple[Passing, ...], tuple[Passing, ...]]:
@@ -174,9 +183,19 @@ class Problem(ABC):
     phase: float = 0.0
 
     @property
+    def width(self) -> int:
+        """Number of unknowns that are states, with which z begins."""
+        return len(self.states)
+
+    @property
+    def second_index(self) -> int:
+        """Place of the second parameter in z, from its end."""
+        return -2 - self.autonomous
+
+    @property
     def size(self) -> int:
         """Number of unknowns z."""
-        return len(self.states) + self.autonomous + len(self.parameters)
+        return self.width + self.autonomous + len(self.parameters)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -186,7 +205,7 @@ class Problem(ABC):
     def values(self, z: Vector) -> dict[str, float]:
         """Of the parameters."""
         last = {self.over: float(z[-1])}
-        return {self.second: float(z[len(self.states)]), **last} if self.second else last
+        return {self.second: float(z[self.second_index]), **last} if self.second else last
 
     @property
     @abstractmethod
@@ -249,9 +268,13 @@ class Problem(ABC):
         """Whether a contact impacts."""
         return False
 
+    def scales_like(self, scales: Vector) -> Vector:
+        """Those of z, from those of the same family at another phase or of other segments."""
+        return scales
+
     @abstractmethod
-    def folded(self, times: int) -> Problem:
-        """The same, of a period that is so many times as long."""
+    def folded(self, times: int, growth: float = 1.0) -> Problem:
+        """The same, of a period that is so many times as long, tangents growing so much in one of them."""
 
     def told(self) -> dict[str, Any]:
         """What tells this one from others of the same family, if there are others."""
@@ -261,8 +284,9 @@ class Problem(ABC):
         """The one of the family that was told."""
         return self
 
-    def rephased(self, z: Vector, seen: Seen) -> tuple[Problem, Vector] | None:
-        """The problem at another phase, and z there, where an event is too near to the strobe; None if none is."""
+    def rephased(self, z: Vector, seen: Seen, scales: Vector) -> tuple[Problem, Vector] | None:
+        """The problem at another phase or of other segments, and z there, where an event is too near to the start of
+        one, or tangents grow too much on the way; None where neither is so."""
         return None
 
     def later(self, z: Vector, seen: Seen, seconds: float) -> tuple[Problem, Vector]:
@@ -284,11 +308,11 @@ class Problem(ABC):
         return self.shifted(z, seen, self.phase + self.turns / 2)
 
     def unfolded(self, z: Vector, times: int) -> Vector:
-        """z of the same motion, so many periods of it taken for one."""
+        """z of the motion of which so many periods are taken for one, from that of one period."""
         return z
 
-    def shifted(self, z: Vector, seen: Seen, phase: float) -> Vector:
-        """z of the same motion at another phase, or so many steps later."""
+    def shifted(self, z: Vector, seen: Seen, phase: float, like: Problem | None = None) -> Vector:
+        """z of the same motion at another phase, or so many steps later, in the segments of another problem."""
         return z
 
     def beside(self, z: Vector, other: Vector) -> Vector:
@@ -299,6 +323,11 @@ class Problem(ABC):
         """(n,) largest first."""
         eigenvalues: Complex = np.linalg.eigvals(monodromy).astype(complex)
         return eigenvalues[np.lexsort((-np.real(eigenvalues), -np.abs(eigenvalues)))]
+
+    def spectrum(self, seen: Seen) -> Complex:
+        """(n,) multipliers of a run, largest first; of one in segments also those that rounding of their product would
+        hide."""
+        return self.multipliers(seen.monodromy) if seen.factors is None else product_eigenvalues(seen.factors)
 
     def own(self, multipliers: Complex) -> Complex:
         """(..., n - neutral): those that may change."""

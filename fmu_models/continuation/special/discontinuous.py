@@ -186,7 +186,7 @@ def _deep(touch: Touch, u: Vector, depth: float) -> Vector:
 def _down(touch: Touch) -> Vector:
     """Unit vector of u, of the states alone, along which the miss shrinks fastest."""
     down = touch.miss.gradient * touch.node.scales
-    down[len(touch.node.problem.states) :] = 0.0
+    down[touch.node.problem.width :] = 0.0
     size = float(np.linalg.norm(down))
     if size == 0.0:
         raise Lost("the miss does not depend on the state")
@@ -214,7 +214,7 @@ def relative(node: Node, seen: Seen, displacement: Vector) -> Vector:
 def stepped(node: Node, miss: Passing, jump: Vector, depth: float) -> Vector:
     """Change of u to the motion with an event that makes such a jump, to first order."""
     down = miss.gradient * node.scales
-    size = float(np.linalg.norm(down[: len(node.problem.states)]))
+    size = float(np.linalg.norm(down[: node.problem.width]))
     matrix = np.vstack([_scaled(node.seen, node.scales), down / size])
     try:
         solution: Any = np.linalg.solve(matrix, -np.append(jump, depth))
@@ -272,7 +272,7 @@ def _meets(touch: Touch, node: Node, event: Passing) -> bool:
 
 
 def _row_sizes(node: Node, seen: Seen) -> Vector:
-    n = len(seen.monodromy)
+    n = seen.width
     extra = np.abs((seen.jacobian * node.scales)[n:]).max(axis=1, initial=0.0)
     return np.append(node.scales[:n], np.where(extra > 0.0, extra, 1.0))
 

@@ -41,7 +41,7 @@ Letters = tuple[tuple[int, ...], ...]  # letters of a word: which of the misses 
 def at_once(touch: Touch) -> list[Passing]:
     """All near misses that become events at the point, that of the touch first."""
     node = touch.node
-    n = len(node.problem.states)
+    n = node.problem.width
 
     def comes(passing: Passing) -> bool:
         """Whether it becomes an event at the point, and would not at once beside it, wherever that is."""
@@ -153,7 +153,7 @@ def _superposed(touch: Touch, misses: Sequence[Passing]) -> Node | None:
 def _of_speeds(touch: Touch, misses: Sequence[Passing], u: Vector, speeds: Vector) -> tuple[Vector, Passing] | None:
     """A start near u whose run has all events at their speeds, and the first of them; by Newton's method for the
     squares of the speeds, which are smooth where an event begins."""
-    problem, scales, n = touch.node.problem, touch.node.scales, len(touch.node.problem.states)
+    problem, scales, n = touch.node.problem, touch.node.scales, touch.node.problem.width
     rows = np.array([miss.gradient[:n] * scales[:n] for miss in misses])
 
     def of(u: Vector) -> list[Passing] | None:
@@ -201,7 +201,7 @@ def _jump(
     node, scales = touch.node, touch.node.scales
     if not chosen:
         return [], np.zeros(len(node.seen.residual))
-    n = len(node.problem.states)
+    n = node.problem.width
     rows = np.array([miss.gradient[:n] * scales[:n] for miss in misses])
     rows /= np.linalg.norm(rows, axis=1)[:, None]
     depths = np.array([-depth if i in chosen else depth for i in range(len(misses))])
@@ -222,8 +222,10 @@ def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jump
     long = _long(touch, times)
     if long is None:
         return None
-    n = len(node.seen.monodromy)
-    monodromy = node.seen.monodromy / node.scales[:n, None] * node.scales[:n]
+    n, width = node.problem.width, long.node.problem.width
+    monodromy = (
+        node.seen.monodromy / node.scales[: len(node.problem.states), None] * node.scales[: len(node.problem.states)]
+    )
     counts = Counter((misses[i].contact, misses[i].before) for letter in letters for i in letter)
     for depth in DEPTHS:
         effects = [jumps(letter, depth) for letter in letters]
@@ -232,8 +234,11 @@ def _with_events(touch: Touch, misses: Sequence[Passing], letters: Letters, jump
             if jump is None:
                 break
             events += [(c, event) for event in jump[0]]
-            total[:n] = monodromy @ total[:n] + jump[1][:n]
-            total[n:] += jump[1][n:]
+            if c and width == n:
+                total[:n] = monodromy @ total[:n]
+            begin = c * n if width > n else 0
+            total[begin : begin + n] += jump[1][:n]
+            total[width:] += jump[1][n:]
         else:
             c, first = events[0]
             later = c * node.seen.length
@@ -261,7 +266,7 @@ def _long(touch: Touch, times: int) -> Touch | None:
         return touch
     long = touch.node.folded(times)
     miss = None if long is None else long.seen.match(touch.miss)
-    return None if long is None or miss is None else Touch(long, touch.node.problem.unfolded(touch.z, times), miss)
+    return None if long is None or miss is None else Touch(long, long.problem.unfolded(touch.z, times), miss)
 
 
 def _copy(miss: Passing, long: Touch, later: float) -> Passing:

@@ -144,7 +144,7 @@ class Follower:
 
     def _placed(self, node: Node) -> Node:
         """At another phase, where an event is near the strobe."""
-        moved = node.problem.rephased(node.z, node.seen)
+        moved = node.problem.rephased(node.z, node.seen, node.scales)
         if moved is None:
             return node
         try:

@@ -15,30 +15,30 @@ CLOSED = 1e-6  # a branch that comes so near to a motion again has passed it
 
 
 def turned(after: Problem, node: Node) -> Vector:
-    """The motion of a node at the phase of another problem of the same family."""
-    return node.z if node.problem is after else node.problem.shifted(node.z, node.seen, after.phase)
+    """The motion of a node at the phase, and in the segments, of another problem of the same family."""
+    return node.z if node.problem is after else node.problem.shifted(node.z, node.seen, after.phase, after)
 
 
 def begun_at(node: Node, problem: Problem, z: Vector) -> Node:
     """The motion of a node as that of a problem at another phase, z about its unknowns there. Lost: Newton's method
     does not find it, or with other events."""
-    placed = solved(problem, node.scales, z / node.scales, parameter(node.value), reach=0.05)
+    scales = problem.scales_like(node.scales)
+    placed = solved(problem, scales, z / scales, parameter(node.value), reach=0.05)
     if placed.word != node.word:
         raise Lost("another motion begins there")
-    n = len(problem.states)
     # period and parameter change alike at all phases
-    along = np.append(np.zeros(n), node.tangent[n:])
-    towards = along if problem.autonomous else _ahead(node, problem, placed.u)
-    return replace(placed, tangent=tangent_of(placed.seen, node.scales, towards))
+    along = np.append(np.zeros(problem.width), node.tangent[node.problem.width :])
+    towards = along if problem.autonomous else _ahead(node, placed)
+    return replace(placed, tangent=tangent_of(placed.seen, scales, towards))
 
 
-def _ahead(node: Node, problem: Problem, z: Vector) -> Vector:
-    """Direction of u ahead of a node, at the phase of another problem, where the node is here."""
+def _ahead(node: Node, placed: Node) -> Vector:
+    """Direction of u ahead of a node, as that of another problem of the same family, where it is placed."""
     for distance in (NEXT, -NEXT):  # the branch may end ahead
         border = node.arclength(distance)
         with suppress(Lost):
             solution = solved(node.problem, node.scales, node.u + distance * node.tangent, border, word=node.word)
-            moved = turned(problem, solution) / node.scales - z
+            moved = turned(placed.problem, solution) / placed.scales - placed.u
             return moved if distance > 0.0 else -moved
     raise Lost("it has no neighbour")
 
@@ -48,7 +48,7 @@ def images(node: Node, other: Node) -> Iterator[Vector]:
     problem = other.problem
     yield problem.beside(turned(problem, node), other.z)
     for later in range(1, problem.turns):
-        yield problem.beside(node.problem.shifted(node.z, node.seen, problem.phase + later), other.z)
+        yield problem.beside(node.problem.shifted(node.z, node.seen, problem.phase + later, problem), other.z)
 
 
 def between(before: Node, after: Node, u: Vector) -> bool:

@@ -1,7 +1,6 @@
 /*
  * Many runs over many steps of a section in one call. Nothing is allocated; runs know nothing of each other, unless one
- * begins where the one before it ended, and of no instance that made others before: results do not depend on who makes
- * them.
+ * begins where another ended, and of no instance that made others before: results do not depend on who makes them.
  *
  *     each run   reset; write its values; choose contact states
  *                step from section to section, with rows as journey.c fills them
@@ -31,11 +30,13 @@ int stickslip_ensemble(void *instance, Ensemble *e)
         return instance_refuse(m, "%s: %lld directions are not possible", __func__, (long long)e->n_directions);
     if (lane_runs_possible(e)) return lane_runs(m, e);
     Job job = {.m = m, .e = e};
-    for (; e->done < e->n_runs; e->done++) {
-        Outcome outcome = journey_start(&job, e->done, e->memory);
-        if (outcome == OUTCOME_FINISHED) outcome = MODEL_IS_MAP ? map_run(&job) : series_run(&job);
-        journey_end(&job, outcome);
-        if (outcome == OUTCOME_STOPPED) break;
+    for (int64_t chain = 0; chain < ensemble_chains(e); chain++) {
+        for (int64_t i = chain; i < e->n_runs; i += ensemble_chains(e)) {
+            Outcome outcome = journey_start(&job, i, e->memory);
+            if (outcome == OUTCOME_FINISHED) outcome = MODEL_IS_MAP ? map_run(&job) : series_run(&job);
+            journey_end(&job, outcome);
+            if (outcome == OUTCOME_STOPPED) return STATUS_OK;
+        }
     }
     return STATUS_OK;
 }

@@ -157,11 +157,12 @@ static Outcome journey_place(Job *job, int64_t i)
     Run *r = &m->core.run;
     double x[MODEL_ROOM(MODEL_NX)], memory[NC];
     double time = e->starts[i];
-    const int follows = e->follow && i > 0 && e->outcomes[i - 1] <= OUTCOME_ABSORBED;
+    const int64_t before = i - e->follow;
+    const int follows = e->follow && before >= 0 && e->outcomes[before] <= OUTCOME_ABSORBED;
     memcpy(x, r->at.x, sizeof x);
     memcpy(memory, r->at.memory, sizeof memory);
     if (follows && e->kind != SECTION_STROBE && e->periods[i] > 0.0)
-        time = r->at.time / e->periods[i - 1] * e->periods[i]; /* the phase is part of the point */
+        time = r->at.time / e->periods[before] * e->periods[i]; /* the phase is part of the point */
     const RunStart start = {e->n_set, e->set, e->values + i * e->n_set, time, e->tolerance};
     if (whole_run_enter_initialization(m, __func__, &start)) {
         run_fail(r, "%s", "a value that cannot be set");
@@ -171,7 +172,7 @@ static Outcome journey_place(Job *job, int64_t i)
         memcpy(r->at.x, x, sizeof x);
         memcpy(r->at.memory, memory, sizeof memory);
     }
-    if (follows || (e->resumed && i == 0)) journey_onto_walls(r);
+    if (follows || (before < 0 && e->resumed[i])) journey_onto_walls(r);
     job->walk = (Walk){.e = e, .run = i};
     if (e->kind == SECTION_LEVEL) {
         if (variables_locate(e->state, &job->walk.state) != STATE) {

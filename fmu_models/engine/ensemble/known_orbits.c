@@ -10,8 +10,8 @@
 
 enum { ARRIVAL_WIDTH = MODEL_NX + 1 };
 
-/* the memory: a ring of the last points, then for how many steps each period has held */
-static double *arrival_ring(const Arrival *a) { return a->memory; }
+/* the memory: a ring of the last points, number by number, then for how many steps each period has held */
+static double *arrival_ring(const Arrival *a, int i) { return a->memory + i * a->e->longest; }
 
 static double *arrival_held(const Arrival *a) { return a->memory + a->e->longest * ARRIVAL_WIDTH; }
 
@@ -19,9 +19,13 @@ int64_t arrival_numbers(int64_t longest) { return longest * (ARRIVAL_WIDTH + 1);
 
 void arrival_start(Arrival *a, const Ensemble *e, double *memory)
 {
-    *a = (Arrival){e, memory, 0, -1, 0};
+    *a = (Arrival){e, memory, 0, 0, -1, -1, 0};
     for (int64_t n = 0; n < e->longest; n++)
         arrival_held(a)[n] = 0.0;
+    for (int i = 0; i < MODEL_NX && e->longest > 0 && a->telling < 0; i++)
+        a->telling = e->weights[i] > 0.0 && !(e->turns[i] < INFINITY) ? i : -1;
+    for (int64_t n = 0; n < e->longest && a->telling >= 0; n++)
+        arrival_ring(a, a->telling)[n] = INFINITY;
 }
 
 /* the shortest difference of two values of a number of a point */
@@ -29,6 +33,19 @@ static double arrival_apart(const Ensemble *e, int i, double difference)
 {
     if (i == MODEL_NX || !(e->turns[i] < INFINITY)) return difference;
     return difference - nearbyint(difference / e->turns[i]) * e->turns[i];
+}
+
+/* whether the point may be one of the last ones: for most steps of most motions it is far from all of them */
+static int arrival_may_repeat(const Arrival *a, const double *point)
+{
+    const Ensemble *e = a->e;
+    if (a->held || a->telling < 0) return 1;
+    const double *before = arrival_ring(a, a->telling);
+    const double here = point[a->telling], weight = e->weights[a->telling], settled = e->settled;
+    int64_t near = 0;
+    for (int64_t n = 0; n < e->longest; n++)
+        near |= fabs(here - before[n]) * weight <= settled;
+    return near != 0;
 }
 
 int64_t arrival_period(Arrival *a, const double *x, double time)
@@ -41,19 +58,22 @@ int64_t arrival_period(Arrival *a, const double *x, double time)
     point[MODEL_NX] = time;
     const int64_t here = a->seen % e->longest;
     int64_t place = here;
-    for (int64_t n = 1; n <= e->longest && n <= a->seen; n++) {
+    const int64_t looked = !arrival_may_repeat(a, point) ? 0 : a->seen < e->longest ? a->seen : e->longest;
+    a->held = 0;
+    for (int64_t n = 1; n <= looked; n++) {
         place = (place > 0 ? place : e->longest) - 1;
-        const double *before = arrival_ring(a) + place * ARRIVAL_WIDTH;
         int same = 1;
         for (int i = 0; same && i < ARRIVAL_WIDTH; i++) {
-            same = e->weights[i] == 0.0
-                   || fabs(arrival_apart(e, i, point[i] - before[i])) * e->weights[i] <= e->settled;
+            const double before = arrival_ring(a, i)[place];
+            same = e->weights[i] == 0.0 || fabs(arrival_apart(e, i, point[i] - before)) * e->weights[i] <= e->settled;
         }
         double *held = arrival_held(a) + n - 1;
         *held = same ? *held + 1.0 : 0.0;
+        a->held |= same;
         if (!found && *held > (double)(2 * n + 2)) found = n;
     }
-    memcpy(arrival_ring(a) + here * ARRIVAL_WIDTH, point, sizeof point);
+    for (int i = 0; i < ARRIVAL_WIDTH; i++)
+        arrival_ring(a, i)[here] = point[i];
     a->seen++;
     return found;
 }

@@ -9,6 +9,8 @@ typedef struct {
     const Ensemble *e;
     double *memory;
     int64_t seen;     /* points since the start */
+    int64_t held;     /* whether any period holds at present */
+    int telling;      /* a number of a point that tells most of them apart by its distance alone; -1: none */
     int64_t expected; /* known point that comes next; -1: none */
     int64_t met;      /* known points met in a row */
 } Arrival;

@@ -4,7 +4,8 @@
  *     some runs at a time, each as if it were alone
  *         all that go on:   one period in lanes; events that these leave the engine decides on the way
  *         the undecided:    the same period by the series of the engine, from the same point
- *         each:             rows, repetition and orbits (journey.c); where a run is over the next takes its place
+ *         each:             rows, repetition and orbits (journey.c); where a run is over the next of its chain goes on
+ *                           from there, and where that is over the first of another takes its place
  *
  * Which steps are made by series depends on the motion alone, not on its neighbours: so do results.
  */
@@ -37,6 +38,7 @@ typedef struct {
     Kept met[LANE_RUNS_TOGETHER];
     int asked[LANE_RUNS_TOGETHER];
     int64_t loaded; /* the run whose numbers the instance has; -1: none */
+    int64_t begun;  /* chains of runs */
 } Together;
 
 static int64_t in_lines(int64_t bytes) { return (bytes + 63) / 64 * 64; }
@@ -217,15 +219,22 @@ static int step_made(Together *t, int slot, const double *tangents, Outcome *out
     return over;
 }
 
+/* the run after this one in its chain, or the first of another; as many as there are: none is left */
+static int64_t run_after(Together *t, const Ensemble *e, int64_t run)
+{
+    const int64_t chains = ensemble_chains(e);
+    if (run >= 0 && run + chains < e->n_runs) return run + chains;
+    return t->begun < chains ? t->begun++ : e->n_runs;
+}
+
 /* the next runs that begin without an error take a place; 0 if there is none left */
 static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *memory, void *room)
 {
     const LaneStepper *s = stepper_of(e->lanes);
     const Run *r = &m->core.run;
     LaneMotion *motion = &t->motion[slot];
-    while (e->done < e->n_runs) {
-        Job *job = &t->job[slot];
-        const int64_t i = e->done++;
+    Job *job = &t->job[slot];
+    for (int64_t i = run_after(t, e, job->run); i < e->n_runs; i = run_after(t, e, i)) {
         job->m = m;
         job->e = e;
         if (e->in_lanes) e->in_lanes[i] = 0;
@@ -257,7 +266,8 @@ Status lane_runs(Instance *m, Ensemble *e)
     char *base = e->lane_room;
     Together *t = e->lane_room;
     const int64_t numbers = arrival_numbers(e->longest);
-    const int together = e->follow ? 1 : e->n_runs < LANE_RUNS_TOGETHER ? (int)e->n_runs : LANE_RUNS_TOGETHER;
+    const int64_t chains = ensemble_chains(e);
+    const int together = chains < LANE_RUNS_TOGETHER ? (int)chains : LANE_RUNS_TOGETHER;
     double *memory = (double *)(void *)(base + in_lines(sizeof *t));
     double *tangents = memory
                        + in_lines(LANE_RUNS_TOGETHER * numbers * (int64_t)sizeof(double)) / (int64_t)sizeof(double);
@@ -265,15 +275,18 @@ Status lane_runs(Instance *m, Ensemble *e)
     const int64_t each = e->n_directions * MODEL_NX;
     int going = 0;
     s->open(room, together);
-    for (int slot = 0; slot < together; slot++)
+    t->begun = 0;
+    for (int slot = 0; slot < together; slot++) {
+        t->job[slot].run = -1;
         going += next_run(t, slot, m, e, memory + slot * numbers, room);
+    }
     while (going > 0) {
         if (e->stop && *(const volatile int32_t *)e->stop) {
             for (int slot = 0; slot < together; slot++)
                 if (t->motion[slot].wanted) journey_end(&t->job[slot], OUTCOME_STOPPED);
             break;
         }
-        memset(t->asked, 0, sizeof t->asked);
+        memset(t->asked, 0, (size_t)together * sizeof *t->asked);
         for (int slot = 0; slot < together && each > 0; slot++) {
             if (!t->motion[slot].wanted) continue;
             t->motion[slot].speed = (double)e->flow;

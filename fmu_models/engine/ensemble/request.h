@@ -35,9 +35,10 @@ enum { ENSEMBLE_MESSAGE = 256 };
 enum { ENSEMBLE_TIMES = 2 };
 
 typedef struct {
-    /* the runs: value k of run i is values[i * n_set + k]; with `follow` a run begins where the one before it ended, at the
-       same phase; with `resumed` the values of the first are such an end */
-    int64_t n_runs, n_set, follow, resumed;
+    /* the runs: value k of run i is values[i * n_set + k]; with `follow` run i begins where run i - follow ended, at the
+       same phase: as many chains beside one another; resumed: of the first of each, whether its values are such an end */
+    int64_t n_runs, n_set, follow;
+    const int64_t *resumed;
     const uint32_t *set;
     const double *values;
     double tolerance;
@@ -81,8 +82,6 @@ typedef struct {
     char *messages;
     /* set to another number than 0 from outside: return soon */
     const int32_t *stop;
-    /* runs done: 0 at the first call */
-    int64_t done;
     /* room of the engine */
     double *memory;
     /* what steps strobes in lanes (lane_stepper.h), NULL: nothing; room for it, aligned to 64 bytes; steps per run that it
@@ -91,3 +90,6 @@ typedef struct {
     void *lane_room;
     int64_t *in_lanes;
 } Ensemble;
+
+/* so many runs lie between two of one chain: a run that follows none is a chain by itself */
+static inline int64_t ensemble_chains(const Ensemble *e) { return e->follow > 0 ? e->follow : e->n_runs; }

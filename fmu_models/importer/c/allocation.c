@@ -1,4 +1,5 @@
 /* All numbers of a master in one block, taken once. */
+#include "jacobian.h"
 #include "master_state.h"
 #include "search.h"
 
@@ -28,9 +29,6 @@ static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
     m->stages_z = take(block, &used, 3 * n);
     m->stages_w = take(block, &used, 3 * n);
     m->stages_f = take(block, &used, 5 * n);
-    m->jacobian = take(block, &used, n * n);
-    m->real_lu = take(block, &used, n * n);
-    m->complex_lu = (double complex *)take(block, &used, 2 * n * n);
     m->z = take(block, &used, slots);
     m->z1 = take(block, &used, slots);
     m->slide.z = take(block, &used, slots);
@@ -50,6 +48,7 @@ EXPORT void master_free(Master *m)
     if (m) {
         free(m->x);
         free(m->real_pivot);
+        jacobian_free(m);
         free(m->side);
         free(m->watch);
         free(m);

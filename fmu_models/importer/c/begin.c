@@ -40,6 +40,7 @@ Outcome begin_piece(Master *m)
     }
     m->fresh = 0;
     m->jacobian_ready = m->previous_ready = 0;
+    m->check_pattern = 1;
     m->last_error = 0.0;
     return outcome;
 }

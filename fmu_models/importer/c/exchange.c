@@ -111,7 +111,7 @@ static int column_by_difference(Coupling *c, const Stage *s, int64_t input, doub
 /* factors of the matrix of a loop, whose entries are of order one; 0: singular */
 static int factor(double *a, int *pivot, int n)
 {
-    if (!linear_real_factor(a, n, pivot)) return 0;
+    if (!linear_real_factor(a, linear_dense(n), pivot)) return 0;
     for (int k = 0; k < n; k++)
         if (!(fabs(a[k * n + k]) > 1e-14)) return 0;
     return 1;
@@ -165,7 +165,7 @@ static int solve_loop(Coupling *c, Stage *s)
         if (status >= FMI_DISCARD) return s->ready ? status : give_up(c, s);
         for (int64_t i = 0; i < n; i++)
             step[i] = fed(c, s->first_input + i) - u[i];
-        linear_real_solve(c->matrix + s->matrix, (int)n, c->pivot + s->first_input, step);
+        linear_real_solve(c->matrix + s->matrix, linear_dense((int)n), c->pivot + s->first_input, step);
         c->newton_steps++;
         double size = 0.0;
         for (int64_t i = 0; i < n; i++) {

@@ -1,5 +1,4 @@
-/* Systems of equations by factors with row exchange; dense, for an FMU tells its Jacobian by columns and no pattern is
-   sure. */
+/* Systems of equations by factors with row exchange. */
 #include "linear.h"
 
 #include <math.h>
@@ -8,48 +7,64 @@
 #pragma STDC CX_LIMITED_RANGE ON
 #endif
 
+Band linear_band(int n, int lower, int upper)
+{
+    const int64_t width = 2 * (int64_t)lower + upper + 1;
+    return (Band){n, lower, upper, width < n ? (int)width : n};
+}
+
+static int least(int64_t a, int64_t b) { return (int)(a < b ? a : b); }
 static double real_size(double a) { return fabs(a); }
 static double complex_size(double complex a) { return fabs(creal(a)) + fabs(cimag(a)); }
 
 #define LINEAR(kind, Number)                                                                                           \
-    int linear_##kind##_factor(Number *a, int n, int *pivot)                                                           \
+    int linear_##kind##_factor(Number *a, Band band, int *pivot)                                                       \
     {                                                                                                                  \
+        const int n = band.n;                                                                                          \
         for (int k = 0; k < n; k++) {                                                                                  \
+            const int below = least(n, (int64_t)k + band.lower + 1);                                                   \
+            const int right = least(n, (int64_t)k + band.lower + band.upper + 1);                                      \
+            Number *row = a + linear_row(&band, k);                                                                    \
             int best = k;                                                                                              \
-            for (int i = k + 1; i < n; i++)                                                                            \
-                best = kind##_size(a[i * n + k]) > kind##_size(a[best * n + k]) ? i : best;                            \
+            for (int i = k + 1; i < below; i++)                                                                        \
+                if (kind##_size(a[linear_row(&band, i) + k]) > kind##_size(a[linear_row(&band, best) + k])) best = i;  \
             pivot[k] = best;                                                                                           \
-            if (!(kind##_size(a[best * n + k]) > 0.0)) return 0;                                                       \
-            for (int j = 0; j < n && best != k; j++) {                                                                 \
-                const Number swapped = a[k * n + j];                                                                   \
-                a[k * n + j] = a[best * n + j];                                                                        \
-                a[best * n + j] = swapped;                                                                             \
+            Number *other = a + linear_row(&band, best);                                                               \
+            if (!(kind##_size(other[k]) > 0.0)) return 0;                                                              \
+            for (int j = k; j < right && best != k; j++) {                                                             \
+                const Number swapped = row[j];                                                                         \
+                row[j] = other[j];                                                                                     \
+                other[j] = swapped;                                                                                    \
             }                                                                                                          \
-            const Number inverse = 1.0 / a[k * n + k];                                                                 \
-            for (int i = k + 1; i < n; i++) {                                                                          \
-                const Number factor = a[i * n + k] *= inverse;                                                         \
+            const Number inverse = 1.0 / row[k];                                                                       \
+            for (int i = k + 1; i < below; i++) {                                                                      \
+                Number *lower = a + linear_row(&band, i);                                                              \
+                const Number factor = lower[k] *= inverse;                                                             \
                 if (factor != 0.0)                                                                                     \
-                    for (int j = k + 1; j < n; j++)                                                                    \
-                        a[i * n + j] -= factor * a[k * n + j];                                                         \
+                    for (int j = k + 1; j < right; j++)                                                                \
+                        lower[j] -= factor * row[j];                                                                   \
             }                                                                                                          \
         }                                                                                                              \
         return 1;                                                                                                      \
     }                                                                                                                  \
                                                                                                                        \
-    void linear_##kind##_solve(const Number *a, int n, const int *pivot, Number *b)                                    \
+    void linear_##kind##_solve(const Number *a, Band band, const int *pivot, Number *b)                                \
     {                                                                                                                  \
+        const int n = band.n;                                                                                          \
         for (int k = 0; k < n; k++) {                                                                                  \
+            const int below = least(n, (int64_t)k + band.lower + 1);                                                   \
             const Number swapped = b[pivot[k]];                                                                        \
             b[pivot[k]] = b[k];                                                                                        \
             b[k] = swapped;                                                                                            \
+            for (int i = k + 1; i < below; i++)                                                                        \
+                b[i] -= a[linear_row(&band, i) + k] * swapped;                                                         \
         }                                                                                                              \
-        for (int k = 0; k < n; k++)                                                                                    \
-            for (int j = 0; j < k; j++)                                                                                \
-                b[k] -= a[k * n + j] * b[j];                                                                           \
         for (int k = n - 1; k >= 0; k--) {                                                                             \
-            for (int j = k + 1; j < n; j++)                                                                            \
-                b[k] -= a[k * n + j] * b[j];                                                                           \
-            b[k] /= a[k * n + k];                                                                                      \
+            const int right = least(n, (int64_t)k + band.lower + band.upper + 1);                                      \
+            const Number *row = a + linear_row(&band, k);                                                              \
+            for (int j = k + 1; j < right; j++)                                                                        \
+                b[k] -= row[j] * b[j];                                                                                 \
+            b[k] /= row[k];                                                                                            \
         }                                                                                                              \
     }
 

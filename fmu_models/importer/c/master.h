@@ -83,6 +83,10 @@ typedef struct {
     Log *log;
     int64_t n_state_references; /* fewer than states where a state is an array */
     const uint32_t *state_references, *derivative_references;
+    /* rates that the FMU declares to depend on each state: (n_states + 1) where those of a state begin, their numbers;
+       NULL: it does not say */
+    const int64_t *dependency_start;
+    const int32_t *dependency_rows;
     Variables structure; /* structural parameters to set in configuration mode */
     const double *structure_values;
     void *instance;
@@ -119,6 +123,10 @@ typedef struct {
 
 /* clocks of an FMU, at most: one bit each */
 typedef enum { MOST_CLOCKS = 62 } MostClocks;
+
+/* what is known of the entries of the Jacobian that are not zero: no Jacobian yet, all are taken for such, the FMU
+   declares them, they were found column by column */
+typedef enum { PATTERN_NONE, PATTERN_FULL, PATTERN_DECLARED, PATTERN_FOUND } PatternKind;
 
 typedef enum {
     METHOD_AUTO,
@@ -171,6 +179,7 @@ typedef enum {
     RUN_RATES_DIFFER,
     RUN_BAD_CLOCK,
     RUN_BAD_EVENT_TIME,
+    RUN_TOO_LARGE,
     RUN_CROSSED /* the section: done too */
 } RunStatus;
 
@@ -224,6 +233,7 @@ typedef struct {
     int64_t begun, next_time, n_events, n_ticks;
     int64_t looks; /* inside the steps of a co-simulation */
     int64_t steps, rejected, evaluations, jacobians, slides;
+    int64_t pattern, colours, undeclared; /* of the Jacobian: PatternKind, evaluations, entries beyond the declared */
     int64_t most_surfaces, by_convention; /* slid along at once; such motions whose mean is a convention */
     int64_t n_switches;                   /* of the method, by auto */
     double switch_time;                   /* of the first one */

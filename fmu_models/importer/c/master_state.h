@@ -5,6 +5,7 @@
 #pragma once
 
 #include "fmi_calls.h"
+#include "pattern.h"
 #include "tableau.h"
 #include "tolerances.h"
 
@@ -83,7 +84,12 @@ typedef struct {
     int dense_terms, dense_ready;
     double *error, *error_low;
     /* stiff method */
-    double *jacobian, *real_lu;
+    Pattern pattern;
+    PatternKind pattern_kind;
+    int64_t undeclared; /* entries of the Jacobian that the FMU does not declare */
+    int check_pattern;  /* it may be another one since an event */
+    double *jacobian;   /* entries of the pattern */
+    double *real_lu;    /* band of the pattern */
     double complex *complex_lu;
     int *real_pivot, *complex_pivot;
     double *stages_z, *stages_w, *stages_f, *seed;

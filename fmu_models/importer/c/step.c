@@ -3,6 +3,7 @@
 
 #include "explicit.h"
 #include "field.h"
+#include "jacobian.h"
 #include "method.h"
 #include "motion.h"
 #include "stiff.h"
@@ -141,7 +142,7 @@ int step_choose(Master *m)
     if (!m->stiff) {
         change = explicit_is_stiff(m);
     } else if (m->jacobian_fresh || m->calm_hits > 0) {
-        m->calm_hits = m->length * stiff_rate(m) < 1.0 ? m->calm_hits + 1 : 0;
+        m->calm_hits = m->length * jacobian_rate(m) < 1.0 ? m->calm_hits + 1 : 0;
         change = m->calm_hits >= m->calm_needed;
         m->calm_needed *= change ? 2 : 1;
     }

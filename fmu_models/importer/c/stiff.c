@@ -12,6 +12,7 @@
 
 #include "dense_output.h"
 #include "field.h"
+#include "jacobian.h"
 #include "linear.h"
 #include "motion.h"
 
@@ -35,73 +36,27 @@ static const double TI[3][3] = {
 static const double GAMMA = 3.6378342527444957, ALPHA = 2.6810828736277523, BETA = 3.0504301992474110;
 static const double ROOT6 = 2.4494897427831781;
 
-/* column of the Jacobian by a difference */
-static Outcome difference(Master *m, int column)
-{
-    const double size = fmax(1e-5 * m->nominal[column], fabs(m->x[column]));
-    double step = sqrt(DBL_EPSILON * size * m->nominal[column]);
-    memcpy(m->point, m->x, (size_t)m->n * sizeof *m->x);
-    m->point[column] += m->f[column] < 0.0 ? -step : step;
-    step = m->point[column] - m->x[column];
-    const Outcome outcome = motion_rates(m, m->t, m->point, m->error);
-    for (int i = 0; i < m->n && outcome == FINE; i++)
-        m->jacobian[i * m->n + column] = (m->error[i] - m->f[i]) / step;
-    return outcome;
-}
-
-static Outcome make_jacobian(Master *m)
-{
-    const int exact = m->fmu->directional && !m->slide.n;
-    m->run->jacobians++;
-    if (exact) {
-        const Outcome outcome = field_settled(m, m->t, m->x);
-        if (outcome != FINE) return outcome;
-        memset(m->seed, 0, (size_t)m->n * sizeof *m->seed);
-    }
-    for (int j = 0; j < m->n; j++) {
-        if (!exact) {
-            const Outcome outcome = difference(m, j);
-            if (outcome != FINE) return outcome;
-            continue;
-        }
-        m->seed[j] = 1.0;
-        const int status = fmi_directional(m->fmu, m->seed, m->error);
-        m->seed[j] = 0.0;
-        if (status >= FMI_DISCARD) return field_fail(m, F_DIRECTIONAL, status);
-        for (int i = 0; i < m->n; i++)
-            m->jacobian[i * m->n + j] = m->error[i];
-    }
-    m->jacobian_ready = m->jacobian_fresh = 1;
-    m->lu_ready = 0;
-    return FINE;
-}
-
-double stiff_rate(const Master *m)
-{
-    double by_rows = 0.0;
-    for (int i = 0; i < m->n; i++) {
-        double row = 0.0;
-        for (int j = 0; j < m->n; j++)
-            row += fabs(m->jacobian[i * m->n + j]) * m->nominal[j] / m->nominal[i];
-        by_rows = fmax(by_rows, row);
-    }
-    return by_rows;
-}
-
 static int factor_both(Master *m, double length)
 {
-    const int n = m->n;
-    for (int i = 0; i < n * n; i++) {
-        m->real_lu[i] = -m->jacobian[i];
-        m->complex_lu[i] = -m->jacobian[i];
+    const Pattern *p = &m->pattern;
+    const size_t entries = (size_t)m->n * (size_t)p->band.width;
+    memset(m->real_lu, 0, entries * sizeof *m->real_lu);
+    memset(m->complex_lu, 0, entries * sizeof *m->complex_lu);
+    for (int j = 0; j < m->n; j++) {
+        for (int64_t k = p->start[j]; k < p->start[j + 1]; k++) {
+            const int64_t at = linear_row(&p->band, p->place[p->row[k]]) + p->place[j];
+            m->real_lu[at] = -m->jacobian[k];
+            m->complex_lu[at] = -m->jacobian[k];
+        }
     }
-    for (int i = 0; i < n; i++) {
-        m->real_lu[i * n + i] += GAMMA / length;
-        m->complex_lu[i * n + i] += ALPHA / length + BETA / length * I;
+    for (int i = 0; i < m->n; i++) {
+        const int64_t at = linear_row(&p->band, i) + i;
+        m->real_lu[at] += GAMMA / length;
+        m->complex_lu[at] += ALPHA / length + BETA / length * I;
     }
     m->lu_length = length;
-    m->lu_ready = linear_real_factor(m->real_lu, n, m->real_pivot)
-                  && linear_complex_factor(m->complex_lu, n, m->complex_pivot);
+    m->lu_ready = linear_real_factor(m->real_lu, p->band, m->real_pivot)
+                  && linear_complex_factor(m->complex_lu, p->band, m->complex_pivot);
     return m->lu_ready;
 }
 
@@ -146,19 +101,21 @@ static Outcome iterate(Master *m, double length, double *size)
     /* the right-hand sides: real in seed, complex in the last rows of stages_f as pairs */
     double *pairs = g + 3 * n;
     const double *w = m->stages_w;
+    const int *place = m->pattern.place;
     for (int i = 0; i < n; i++) {
         const double f0 = g[i], f1 = g[n + i], f2 = g[2 * n + i];
-        m->seed[i] = TI[0][0] * f0 + TI[0][1] * f1 + TI[0][2] * f2 - GAMMA / length * w[i];
-        pairs[2 * i] = TI[1][0] * f0 + TI[1][1] * f1 + TI[1][2] * f2
-                       - (ALPHA * w[n + i] - BETA * w[2 * n + i]) / length;
-        pairs[2 * i + 1] = TI[2][0] * f0 + TI[2][1] * f1 + TI[2][2] * f2
-                           - (BETA * w[n + i] + ALPHA * w[2 * n + i]) / length;
+        const int at = place[i];
+        m->seed[at] = TI[0][0] * f0 + TI[0][1] * f1 + TI[0][2] * f2 - GAMMA / length * w[i];
+        pairs[2 * at] = TI[1][0] * f0 + TI[1][1] * f1 + TI[1][2] * f2
+                        - (ALPHA * w[n + i] - BETA * w[2 * n + i]) / length;
+        pairs[2 * at + 1] = TI[2][0] * f0 + TI[2][1] * f1 + TI[2][2] * f2
+                            - (BETA * w[n + i] + ALPHA * w[2 * n + i]) / length;
     }
-    linear_real_solve(m->real_lu, n, m->real_pivot, m->seed);
-    linear_complex_solve(m->complex_lu, n, m->complex_pivot, (double complex *)pairs);
+    linear_real_solve(m->real_lu, m->pattern.band, m->real_pivot, m->seed);
+    linear_complex_solve(m->complex_lu, m->pattern.band, m->complex_pivot, (double complex *)pairs);
     double sum = 0.0;
     for (int i = 0; i < n; i++) {
-        const double part[3] = {m->seed[i], pairs[2 * i], pairs[2 * i + 1]};
+        const double part[3] = {m->seed[place[i]], pairs[2 * place[i]], pairs[2 * place[i] + 1]};
         const double scale = (m->nominal[i] + fabs(m->x[i])) * m->run->tolerance;
         for (int s = 0; s < 3; s++) {
             m->stages_w[s * n + i] += part[s];
@@ -209,9 +166,11 @@ static void filtered_error(Master *m, const double *f, double length)
     const double *z = m->stages_z;
     for (int i = 0; i < n; i++) {
         const double sum = (-13.0 - 7.0 * ROOT6) * z[i] + (-13.0 + 7.0 * ROOT6) * z[n + i] - z[2 * n + i];
-        m->error[i] = f[i] + sum / (3.0 * length);
+        m->seed[m->pattern.place[i]] = f[i] + sum / (3.0 * length);
     }
-    linear_real_solve(m->real_lu, n, m->real_pivot, m->error);
+    linear_real_solve(m->real_lu, m->pattern.band, m->real_pivot, m->seed);
+    for (int i = 0; i < n; i++)
+        m->error[i] = m->seed[m->pattern.place[i]];
 }
 
 Outcome stiff_try(Master *m, double length, double *error)
@@ -219,11 +178,11 @@ Outcome stiff_try(Master *m, double length, double *error)
     const int n = m->n;
     int iterations = 0;
     Outcome outcome = FINE;
-    if (!m->jacobian_ready && (outcome = make_jacobian(m)) != FINE) return outcome;
+    if (!m->jacobian_ready && (outcome = jacobian_make(m)) != FINE) return outcome;
     if ((!m->lu_ready || m->lu_length != length) && !factor_both(m, length)) return SHORTER;
     outcome = solve_stages(m, length, &iterations);
     if (outcome == SHORTER && !m->jacobian_fresh) {
-        outcome = make_jacobian(m);
+        outcome = jacobian_make(m);
         outcome = outcome != FINE ? outcome : factor_both(m, length) ? solve_stages(m, length, &iterations) : SHORTER;
     }
     if (outcome != FINE) return outcome;

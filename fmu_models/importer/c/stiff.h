@@ -5,4 +5,3 @@
 
 Outcome stiff_try(Master *m, double length, double *error);
 Outcome stiff_dense(Master *m);
-double stiff_rate(const Master *m); /* bound of the rates of the linearized motion */

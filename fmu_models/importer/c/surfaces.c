@@ -43,13 +43,13 @@ static int find_duals(Master *m)
         for (int j = 0; j < n; j++)
             gram[i] += one[j] / size[i / k] * (other[j] / size[i % k]);
     }
-    int fine = linear_real_factor(gram, k, pivot);
+    int fine = linear_real_factor(gram, linear_dense(k), pivot);
     for (int i = 0; i < k && fine; i++)
         fine = fabs(gram[i * k + i]) > 1e-10;
     for (int i = 0; i < k && fine; i++) {
         memset(unit, 0, sizeof unit);
         unit[i] = 1.0;
-        linear_real_solve(gram, k, pivot, unit);
+        linear_real_solve(gram, linear_dense(k), pivot, unit);
         for (int j = 0; j < n; j++) {
             double sum = 0.0;
             for (int l = 0; l < k; l++)
@@ -224,8 +224,8 @@ static int find_shares(Slide *s)
             for (int i = 0; i < s->n; i++)
                 rest[i] += surfaces_weight(s, sides) * s->rates[sides][i];
         slopes(s, jacobian);
-        if (!linear_real_factor(jacobian, s->n, pivot)) return 0;
-        linear_real_solve(jacobian, s->n, pivot, rest);
+        if (!linear_real_factor(jacobian, linear_dense(s->n), pivot)) return 0;
+        linear_real_solve(jacobian, linear_dense(s->n), pivot, rest);
         double moved = 0.0;
         for (int i = 0; i < s->n; i++) {
             s->share[i] -= rest[i];

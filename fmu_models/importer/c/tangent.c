@@ -115,7 +115,7 @@ Outcome tangent_advance(Master *m, double theta)
             matrix[i * all + j] = (i == j) - h * a * jacobians[i / n * n * n + i % n * n + j % n];
         }
     }
-    if (!linear_real_factor(matrix, all, r->tangent_pivots)) {
+    if (!linear_real_factor(matrix, linear_dense(all), r->tangent_pivots)) {
         r->missed++;
         return FINE;
     }
@@ -123,7 +123,7 @@ Outcome tangent_advance(Master *m, double theta)
         memset(rates, 0, (size_t)all * sizeof *rates);
         for (int s = 0; s < STAGES; s++)
             add_product(n, jacobians + s * n * n, r->tangents + column, n, 1.0, rates + s * n);
-        linear_real_solve(matrix, all, r->tangent_pivots, rates);
+        linear_real_solve(matrix, linear_dense(all), r->tangent_pivots, rates);
         for (int s = 0; s < STAGES; s++)
             for (int i = 0; i < n; i++)
                 r->tangents[i * n + column] += h * GAUSS_WEIGHT[s] * rates[s * n + i];

@@ -15,6 +15,7 @@
  *     INDICATED(m)       (if need be) whether there are indicators now; if not, they are discarded
  *     DISCARDS(m)        (if need be) whether the step of a Co-Simulation that was just made is discarded
  *     CLOCKS             (if need be, FMI 3) number of clocks, whose functions are in the C file
+ *     RATES              (if need be) value reference of the first derivative, where there are more than 50
  *     REFUSES_EVENTS     (if need be) no event mode, whatever the description says: an error with a message
  *     TEXTS              (if need be) texts, whose functions are in the C file
  *     LAZY               (if need be) computes when it is asked for its rates and at events; rates as variables and
@@ -85,6 +86,9 @@
 
 #ifndef SIZE
 #define SIZE(v) 1
+#endif
+#ifndef RATES
+#define RATES 101
 #endif
 
 enum { OK = 0, FAILED = 3, ROOM = 8 };
@@ -190,9 +194,9 @@ static STATUS get_one(Model *m, unsigned v, double *value)
         *value = m->t;
     } else if (v <= NX) {
         *value = m->x[v - 1];
-    } else if ((v > 100 && v <= 100 + NX) || (v > 150 && v <= 150 + NX)) {
+    } else if ((v >= RATES && v < RATES + NX) || (v > 150 && v <= 150 + NX)) {
         derivatives(&seen, many);
-        *value = many[(v - 101) % 50];
+        *value = many[v >= RATES && v < RATES + NX ? v - RATES : v - 151];
     } else if (v > 200 && v <= 200 + NP) {
         *value = m->p[v - 201];
     } else if (v > 300 && v <= 300 + NZ) {

@@ -14,8 +14,8 @@ from fmu_models.codegen.model_structure import ModelStructure, ModelUnknown
 from fmu_models.codegen.package import variant
 from fmu_models.codegen.rights import Rights
 from fmu_models.codegen.variables import base_unit
-from fmu_models.language.contacts import Friction
 from fmu_models.language.declaration import Output
+from fmu_models.language.friction import Friction
 from fmu_models.language.impacts import Impact, Newton
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.laws.lankarani_nikravesh import LankaraniNikravesh

@@ -24,7 +24,7 @@ from fmu_models.explorer.description import describe
 from fmu_models.explorer.page import Explorer, explore
 from fmu_models.explorer.subject import subject_of
 from fmu_models.fmu.load import load
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter

@@ -13,8 +13,8 @@ from compiled_model import CompiledModel
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.model_structure import ModelStructure
-from fmu_models.language.contacts import Friction
 from fmu_models.language.declaration import Output
+from fmu_models.language.friction import Friction
 from fmu_models.language.impacts import MAX_IMPACTS, Impact, Newton, Poisson
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism

@@ -9,8 +9,9 @@ import sympy
 
 from fmu_models import oscillators
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.contacts import Friction, Requirement
+from fmu_models.language.contacts import Requirement
 from fmu_models.language.declaration import Output
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.lugre import LuGre
 from fmu_models.language.laws.stribeck import Stribeck

@@ -20,8 +20,8 @@ from compiled_model import CompiledModel
 from fmu_models.codegen.c_source import sources
 from fmu_models.codegen.lane_tables import lane_tables
 from fmu_models.language.automaton import Automaton
-from fmu_models.language.contacts import Friction
 from fmu_models.language.declaration import Output
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.lugre import LuGre
 from fmu_models.language.mechanism import Mechanism

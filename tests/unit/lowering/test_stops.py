@@ -12,8 +12,9 @@ from compiled_model import CompiledModel
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_source import sources
-from fmu_models.language.contacts import Friction, Law
+from fmu_models.language.contacts import Law
 from fmu_models.language.declaration import Output
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.arctan import Arctan
 from fmu_models.language.laws.conti import Conti
 from fmu_models.language.laws.conti_viscous import ContiViscous

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import threading
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from fmu_models.analyses.section import poincare_section
 from fmu_models.analyses.spectrum import spectrum
 from fmu_models.base.errors import StickslipError
 from fmu_models.families import jobs as families
+from fmu_models.families import stepwise
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.crossing import Crossing, Impacts
 from fmu_models.sections.iteration import Iteration, iterate
@@ -136,6 +139,64 @@ def test_a_chain_goes_on_where_the_run_before_it_ended():
         one = support(**CHAOS).at(omega=float(omega)).run(Jobs(point[None], rows=4), GO)
         assert np.array_equal(one.points[0], made.points[i])
         point = one.points[0, -1]
+
+
+def beside(values, start, chains):
+    """Sweeps of these values, every second downward, one after the other and in turn."""
+    swept = np.array([values if k % 2 == 0 else values[::-1] for k in range(chains)])
+    starts = np.tile(start, (swept.size, 1)) * (1.0 + 0.1 * np.arange(swept.size)[:, None] % chains)
+    how: dict[str, Any] = {"transient": 200, "rows": 48, "longest": 24, "chain": len(values)}
+    order = np.arange(swept.size).reshape(swept.shape).T.ravel()
+    return Jobs(starts, {"omega": swept.ravel()}, **how), order, how
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: support(**CHAOS),
+        lambda: support(**CHAOS).stepped_by("taylor"),
+        lambda: Crossing(SUPPORT, "v", 0.0, -1, forcing="omega", parameters=CHAOS),
+    ],
+    ids=["lanes", "series", "level"],
+)
+def test_chains_beside_one_another_are_those_made_one_by_one(make, monkeypatch):
+    system = make()
+    alone, order, how = beside(np.linspace(0.85, 1.0, 9), system.start({"x": 0.5, "v": 0.1}), 5)
+    one_by_one = system.run(alone, GO).only(order)
+    jobs = Jobs(alone.starts[order], {"omega": alone.varied["omega"][order]}, beside=5, **how)
+    twice = Jobs(np.tile(jobs.starts, (2, 1)), {"omega": np.tile(jobs.varied["omega"], 2)}, beside=5, **how)
+    assert len({*one_by_one.periods.tolist()}) > 1
+    for steps in (10**6, 400, 1):
+        monkeypatch.setattr(families, "CHUNK", steps)
+        made = system.make(twice, workers=2)
+        for name, array in one_by_one.arrays().items():
+            assert np.array_equal(made.arrays()[name][:45], array, equal_nan=True), name
+            assert np.array_equal(made.arrays()[name][45:], array, equal_nan=True), name
+
+
+def test_chains_of_a_map_beside_one_another_are_the_same_step_by_step():
+    logistic = Iteration.of(maps.load("logistic"))
+    r = np.repeat(np.linspace(3.4, 3.9, 11), 3)
+    jobs = Jobs(np.tile([[0.2], [0.4], [0.7]], (11, 1)), {"r": r}, 100, 16, longest=8, chain=11, beside=3)
+    made = logistic.run(jobs, GO)
+    alone = logistic.run(Jobs(jobs.starts[1::3], {"r": r[1::3]}, 100, 16, longest=8, chain=11), GO)
+    assert np.array_equal(made.points[1::3], alone.points, equal_nan=True)
+    assert (made.periods == stepwise.run(logistic, jobs, GO).periods).all()
+
+
+def test_a_chain_that_fails_begins_anew_and_leaves_the_others_alone(monkeypatch):
+    system = support(**CHAOS)
+    alone, order, how = beside(np.linspace(0.85, 1.0, 6), system.start({"x": 0.5, "v": 0.1}), 3)
+    starts = alone.starts.copy()
+    starts[6:12, 1] = 1e12  # beyond every bound, the first run of the second chain and so all that begin anew
+    alone = dataclasses.replace(alone, starts=starts)
+    one_by_one = system.run(alone, GO).only(order)
+    assert (one_by_one.outcomes[1::3] == families.ESCAPED).all()
+    assert (one_by_one.outcomes.reshape(6, 3)[:, [0, 2]] <= families.ABSORBED).all()
+    jobs = Jobs(starts[order], {"omega": alone.varied["omega"][order]}, beside=3, **how)
+    for steps in (10**6, 1):
+        monkeypatch.setattr(families, "CHUNK", steps)
+        assert np.array_equal(system.make(jobs).points, one_by_one.points, equal_nan=True)
 
 
 SWEPT = [

@@ -16,7 +16,7 @@ from fmu_models import oscillators
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built, variant
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.language.contacts import Friction
+from fmu_models.language.friction import Friction
 from fmu_models.language.laws.coulomb import Coulomb
 from fmu_models.language.mechanism import Mechanism
 from fmu_models.language.quantities import Coordinate, Parameter

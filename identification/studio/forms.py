@@ -1,0 +1,118 @@
+"""Commands as forms: fields of what they take, the arguments that filled-in fields make, and what may come next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fmu_models.base.errors import StickslipError
+
+Values = Mapping[str, Sequence[str]]  # by field
+
+# what the studio does itself
+UNASKED = ("help", "json")
+# files that a command writes when it is told where, as a form proposes them
+PROPOSED = {"result": "{command}.json", "figure": "{command}.svg", "interactive": "{command}.html"}
+# commands that go on where one ends; fields of the same name go with them, and those of another name by RENAMED
+NEXT = {
+    "describe": ("fit", "laws"),
+    "fit": ("report", "compare", "apply", "design"),
+    "laws": ("fit",),
+    "inspect": ("simulate", "couple"),
+    "simulate": ("explore", "diagram"),
+    "explore": ("simulate", "diagram", "export"),
+    "show": ("simulate", "explore", "diagram", "export"),
+    "diagram": ("basins", "branch", "lyapunov"),
+    "basins": ("branch", "lyapunov"),
+    "branch": ("diagram", "basins"),
+    "calibrate": ("report", "apply"),
+    "inverse": ("report", "apply"),
+}
+RENAMED = {"files": "logs", "result": "fitted"}
+OF_A_RUN = ("figure", "interactive", "output", "overwrite", "path", "resume", "workers")  # which the next one has anew
+
+
+@dataclass(frozen=True)
+class Field:
+    """name: of the parameter; flag: how it is given, "" for an argument; kind: "flag", "lines" (several) or "text"."""
+
+    name: str
+    flag: str
+    kind: str
+    help: str
+    hint: str
+    required: bool
+    default: str
+    off: str = ""
+
+    @property
+    def label(self) -> str:
+        """Its name for people."""
+        return (self.flag.removeprefix("--") or self.name).replace("-", " ").replace("_", " ")
+
+
+def fields(command: Any) -> list[Field]:
+    """Fields of a command of typer, those that must be filled in first."""
+    found = [_field(parameter) for parameter in command.params if parameter.name not in UNASKED]
+    return sorted(found, key=lambda field: not field.required)
+
+
+def _field(parameter: Any) -> Field:
+    is_argument = parameter.param_type_name == "argument"
+    several = parameter.nargs == -1 or bool(getattr(parameter, "multiple", False))
+    kind = "flag" if getattr(parameter, "is_flag", False) else "lines" if several else "text"
+    on = max(parameter.opts, key=len)
+    off = max(parameter.secondary_opts, key=len, default="")
+    default = "" if parameter.default is None or isinstance(parameter.default, tuple) else str(parameter.default)
+    hint = (parameter.metavar or "").removesuffix("...")
+    text = getattr(parameter, "help", None) or ""
+    return Field(parameter.name, "" if is_argument else on, kind, text, hint, parameter.required, default, off)
+
+
+def proposals(command: str, found: Sequence[Field]) -> dict[str, list[str]]:
+    """What a form begins with."""
+    values = {field.name: [field.default] for field in found if field.default and field.kind != "lines"}
+    names = {field.name for field in found}
+    for name, file in PROPOSED.items():
+        if name in names and next(field.kind for field in found if field.name == name) == "text":
+            values[name] = [file.format(command=command)]
+    if "overwrite" in names:
+        values["overwrite"] = ["True"]
+    return values
+
+
+def carried(values: Values, found: Sequence[Field]) -> dict[str, list[str]]:
+    """What goes over from the form of the command before."""
+    names = {field.name for field in found}
+    over = {name: list(value) for name, value in values.items() if name in names and name not in OF_A_RUN}
+    for name, other in RENAMED.items():
+        if other in names and values.get(name):
+            over[other] = list(values[name])
+            over.pop(name, None)
+    return over
+
+
+def arguments(command: str, found: Sequence[Field], values: Values) -> list[str]:
+    """The command line of a form. What is left as it is by itself is not said. StickslipError: a field is empty that
+    must be filled in."""
+    line = [command]
+    for field in found:
+        given = [text.strip() for value in values.get(field.name, ()) for text in value.splitlines() if text.strip()]
+        if field.required and not given:
+            raise StickslipError(f"'{field.label}' is empty. {field.help}")
+        if field.kind == "flag":
+            on, default = given == ["True"], field.default == "True"
+            line += [] if on == default else [field.flag if on else field.off]
+        elif given and given != [field.default]:
+            line += [word for text in given for word in (_given(field.flag, text) if field.flag else (text,))]
+    return line
+
+
+def _given(flag: str, text: str) -> tuple[str, ...]:
+    return (f"{flag}={text}",) if text.startswith("-") else (flag, text)
+
+
+def form_of(command: Callable[[str], Any], name: str) -> list[Field]:
+    """Fields of the command of a name."""
+    return fields(command(name))

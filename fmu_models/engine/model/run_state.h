@@ -83,18 +83,18 @@ enum {
     LINEAR_READ = MODEL_LINEAR ? 4 * NC : 1, /* series of contacts, at most */
     LINEAR_ENTRIES = MODEL_LINEAR ? (MODEL_NX + 2 * NC) * (MODEL_NX + 2 * MODEL_NH)
                                   : 1, /* modes of more are not kept */
-    LINEAR_TERMS = MODEL_TERMS + 1
+    LINEAR_ORDER = 28 /* of their series, whose terms cost little: beyond it the search for events does */
 };
 
 typedef struct {
     signed char state[NC]; /* of the contacts */
-    int usable, order;
+    int usable;
     int rows; /* states, and series of contacts */
     signed char quantity[LINEAR_READ];
     short contact[LINEAR_READ];
     unsigned char first[MODEL_NX + LINEAR_READ + 1], last[MODEL_NX + LINEAR_READ]; /* of each row: entry, order */
     unsigned char column[LINEAR_ENTRIES];
-    double factor[LINEAR_ENTRIES][LINEAR_TERMS];
+    double factor[LINEAR_ENTRIES][LINEAR_ORDER];
     double rate[MODEL_ROOM(MODEL_NH)]; /* of harmonics */
     double length, power; /* over which its series mostly keep the tolerance; of that, of the last term but one */
 } LinearMode;

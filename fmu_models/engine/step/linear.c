@@ -18,16 +18,22 @@
 #if MODEL_LINEAR
 
 /* the columns of z; the rows that are kept: states, then what is read of contacts */
-enum { Z_SINE = MODEL_NX, Z_INPUT = Z_SINE + 2 * MODEL_NH, Z_TIME = Z_INPUT + MODEL_NU, COLUMNS, FOURS = 4 };
-enum { ROWS = MODEL_NX + LINEAR_READ };
+enum {
+    Z_SINE = MODEL_NX,
+    Z_INPUT = Z_SINE + 2 * MODEL_NH,
+    Z_TIME = Z_INPUT + MODEL_NU,
+    Z_COLUMNS,
+    Z_HALF = LINEAR_ORDER / 2
+};
+enum { Z_ROWS = MODEL_NX + LINEAR_READ };
 
-typedef enum { Y_SLIP, Y_DEPTH, Y_FORCE, Y_RELEASE, Y_CAPACITY, Y_CAPACITY_MINUS, Y_KINDS } Quantity;
+typedef enum { Y_SLIP, Y_DEPTH, Y_FORCE, Y_RELEASE, Y_CAPACITY, Y_CAPACITY_MINUS, Y_KINDS } LinearQuantity;
 
 /* what one order makes of the one before */
 typedef struct {
-    double row[ROWS][COLUMNS];
-    double order[ROWS][COLUMNS][LINEAR_TERMS]; /* of T and R T, from order 1 */
-} Factors;
+    double row[Z_ROWS][Z_COLUMNS];
+    double order[Z_ROWS][Z_COLUMNS][LINEAR_ORDER]; /* of T and R T, from order 1 */
+} LinearFactors;
 
 static double *series_of(Jets *j, const LinearMode *m, int row)
 {
@@ -57,7 +63,7 @@ static void note_read(const Run *r, const Jets *j, LinearMode *m)
 }
 
 /* column n: what the model's functions make, at order 1, of what j holds there, less that of the time */
-static void probe(Run *r, Jets *j, const LinearMode *m, Factors *f, int n, double less)
+static void probe(Run *r, Jets *j, const LinearMode *m, LinearFactors *f, int n, double less)
 {
     flow_field(&r->at, j, 1, 0);
     for (int i = 0; i < m->rows; i++) {
@@ -70,7 +76,7 @@ static void probe(Run *r, Jets *j, const LinearMode *m, Factors *f, int n, doubl
     }
 }
 
-static void probe_columns(Run *r, LinearMode *m, Factors *f)
+static void probe_columns(Run *r, LinearMode *m, LinearFactors *f)
 {
     Jets *j = &r->scratch;
     memset(f, 0, sizeof *f);
@@ -100,16 +106,16 @@ static void probe_columns(Run *r, LinearMode *m, Factors *f)
 }
 
 /* column n of T and R T */
-static void fill_column(const LinearMode *m, Factors *f, int n)
+static void fill_column(const LinearMode *m, LinearFactors *f, int n)
 {
-    double z[COLUMNS] = {0.0};
+    double z[Z_COLUMNS] = {0.0};
     z[n] = 1.0;
-    for (int k = 1; k <= m->order; k++) {
+    for (int k = 1; k <= LINEAR_ORDER; k++) {
         const double share = 1.0 / (k + 1);
-        double made[ROWS];
+        double made[Z_ROWS];
         for (int i = 0; i < m->rows; i++) {
             made[i] = 0.0;
-            for (int e = 0; e < COLUMNS; e++)
+            for (int e = 0; e < Z_COLUMNS; e++)
                 made[i] += f->row[i][e] * z[e];
             f->order[i][n][k - 1] = i < MODEL_NX ? z[i] : made[i];
         }
@@ -121,19 +127,19 @@ static void fill_column(const LinearMode *m, Factors *f, int n)
         }
         for (int i = 0; i < MODEL_NX; i++)
             z[i] = made[i] * share;
-        memset(z + Z_INPUT, 0, (COLUMNS - Z_INPUT) * sizeof *z);
+        memset(z + Z_INPUT, 0, (Z_COLUMNS - Z_INPUT) * sizeof *z);
     }
 }
 
 /* the rows without their zeros; 0 where there is no room for them */
-static int keep_rows(LinearMode *m, const Factors *f)
+static int keep_rows(LinearMode *m, const LinearFactors *f)
 {
     int count = 0;
     for (int i = 0; i < m->rows; i++) {
         m->first[i] = (unsigned char)count;
         m->last[i] = 0;
-        for (int n = 0; n < COLUMNS; n++) {
-            int last = m->order;
+        for (int n = 0; n < Z_COLUMNS; n++) {
+            int last = LINEAR_ORDER;
             while (last > 0 && f->order[i][n][last - 1] == 0.0)
                 last--;
             if (last == 0) continue;
@@ -148,7 +154,7 @@ static int keep_rows(LinearMode *m, const Factors *f)
 }
 
 /* about the fastest rate of a mode, in whatever units its states are; 0 where it has none */
-static double rate_of(const LinearMode *m, const Factors *f)
+static double rate_of(const LinearMode *m, const LinearFactors *f)
 {
     double fastest = 0.0;
     for (int i = 0; i < MODEL_NX; i++) {
@@ -163,48 +169,47 @@ static double rate_of(const LinearMode *m, const Factors *f)
     return fastest;
 }
 
-static void make_mode(Run *r, const Jets *j, LinearMode *m, int order)
+static void make_mode(Run *r, const Jets *j, LinearMode *m)
 {
-    Factors f;
+    LinearFactors f;
     double factorial = 1.0;
     memcpy(m->state, r->at.state, sizeof m->state);
-    m->order = order;
     note_read(r, j, m);
     probe_columns(r, m, &f);
-    for (int n = 0; n < COLUMNS; n++)
+    for (int n = 0; n < Z_COLUMNS; n++)
         fill_column(m, &f, n);
     m->usable = keep_rows(m, &f);
     /* the last terms but one of series that go with this rate are a quarter of what is asked for */
-    for (int k = 2; k < order; k++)
+    for (int k = 2; k < LINEAR_ORDER; k++)
         factorial *= k;
     const double rate = rate_of(m, &f);
-    m->length = rate > 0.0 ? pow(0.25 * r->tolerances.step * factorial, 1.0 / (order - 1)) / rate : 0.0;
-    m->power = pow(m->length, order - 1);
+    m->length = rate > 0.0 ? pow(0.25 * r->tolerances.step * factorial, 1.0 / (LINEAR_ORDER - 1)) / rate : 0.0;
+    m->power = pow(m->length, LINEAR_ORDER - 1);
 }
 
 /* the mode that the contacts are in; NULL where what holds them is shared by the size of their bounds, which changes */
-static const LinearMode *mode_of(Run *r, const Jets *j, int order)
+static const LinearMode *mode_of(Run *r, const Jets *j)
 {
     const Sticking *s = &r->at.sticking;
     for (int i = 0; i < s->count; i++)
         if (s->last[i] - s->first[i] > 1) return NULL;
     for (int i = 0; i < r->linear_count && i < LINEAR_MODES; i++) {
         const LinearMode *m = &r->linear[i];
-        if (m->order == order && memcmp(m->state, r->at.state, sizeof m->state) == 0) return m->usable ? m : NULL;
+        if (memcmp(m->state, r->at.state, sizeof m->state) == 0) return m->usable ? m : NULL;
     }
     LinearMode *m = &r->linear[r->linear_count++ % LINEAR_MODES];
-    make_mode(r, j, m, order);
+    make_mode(r, j, m);
     return m->usable ? m : NULL;
 }
 
-int linear_series(Run *r, Jets *j, int order)
+int linear_series(Run *r, Jets *j)
 {
-    double z[COLUMNS];
-    if (r->at.curved) return 0;
+    double z[Z_COLUMNS];
+    if (r->at.curved || taylor_order(r) > LINEAR_ORDER) return 0;
     flow_load(&r->at, j, 0);
     taylor_field(r, j, 0);
     flow_extend(j, 1, 0);
-    const LinearMode *m = mode_of(r, j, order);
+    const LinearMode *m = mode_of(r, j);
     if (!m) return 0;
     for (int i = 0; i < MODEL_NX; i++)
         z[i] = j->x[i][1];
@@ -215,18 +220,21 @@ int linear_series(Run *r, Jets *j, int order)
     for (int i = 0; i < MODEL_NU; i++)
         z[Z_INPUT + i] = j->u[i][1];
     z[Z_TIME] = 1.0;
+    double by[LINEAR_ENTRIES];
+    for (int e = 0; e < m->first[m->rows]; e++)
+        by[e] = z[m->column[e]];
     for (int i = 0; i < m->rows; i++) {
         double *series = series_of(j, m, i) + 1;
-        for (int k = 0; k < order; k += FOURS) {
-            double sum[FOURS] = {0.0};
+        for (int k = 0; k < LINEAR_ORDER; k += Z_HALF) {
+            double sum[Z_HALF] = {0.0};
             for (int e = m->first[i]; e < m->first[i + 1] && k < m->last[i]; e++)
-                for (int n = 0; n < FOURS; n++)
-                    sum[n] += m->factor[e][k + n] * z[m->column[e]];
+                for (int n = 0; n < Z_HALF; n++)
+                    sum[n] += m->factor[e][k + n] * by[e];
             memcpy(series + k, sum, sizeof sum);
         }
-        if (!isfinite(series[order - 1])) return 0;
+        if (!isfinite(series[LINEAR_ORDER - 1])) return 0;
     }
-    r->evaluations += order - 1;
+    r->evaluations += LINEAR_ORDER - 1;
     return 1 + (int)(m - r->linear);
 }
 
@@ -235,7 +243,7 @@ static int is_short(const Run *r, const LinearMode *m, const double *series, int
 {
     const double h = m->length;
     const double head = fmax(fabs(series[first]), fabs(series[first + 1]) * h) * (first ? h : 1.0);
-    return fmax(fabs(series[m->order - 1]), fabs(series[m->order]) * h) * m->power <= r->tolerances.step * head;
+    return fmax(fabs(series[LINEAR_ORDER - 1]), fabs(series[LINEAR_ORDER]) * h) * m->power <= r->tolerances.step * head;
 }
 
 double linear_length(Run *r)
@@ -255,9 +263,9 @@ double linear_length(Run *r)
 
 #else
 
-int linear_series(Run *r, Jets *j, int order)
+int linear_series(Run *r, Jets *j)
 {
-    (void)r, (void)j, (void)order;
+    (void)r, (void)j;
     return 0;
 }
 

@@ -26,7 +26,7 @@
 #define UNROLLED static inline
 #endif
 
-enum { HALVINGS = 50, QUICK_HALVINGS = 6, LOW = 8 };
+enum { HALVINGS = 50, QUICK_HALVINGS = 6, LOW = 8, HIGH = 12 };
 
 /* value, slope and half the curvature at s, even and odd powers apart: two chains of half the length */
 static double value_and_slopes(const double *c, int n, double s, double *slope, double *bend)
@@ -199,7 +199,7 @@ UNROLLED double fall_by_order(const double *b, int n, int order, double tail, do
 {
     const double NARROW = 1.5 / (1 << QUICK_HALVINGS);
     const double slopes = n * tail; /* no more than that is the slope of the tail */
-    double stack[QUICK_HALVINGS + 1][2 * LOW + 1];
+    double stack[QUICK_HALVINGS + 1][HIGH + 1];
     double start[QUICK_HALVINGS + 1], width[QUICK_HALVINGS + 1];
     int top = 0;
     to_bernstein(b, order, stack[0]);
@@ -244,7 +244,7 @@ static double quick_fall(const double *b, int n, double tail, double slack)
 {
     const double SLOW = 1e-2; /* the tail in parts of the first terms */
     if (n > LOW && tail > SLOW * (fabs(b[0]) + fabs(b[1]) + fabs(b[2])))
-        return fall_by_order(b, n, 2 * LOW, tail_of(b, 2 * LOW, n), slack);
+        return fall_by_order(b, n, HIGH, tail_of(b, HIGH, n), slack);
     return fall_by_order(b, n, LOW, tail, slack);
 }
 
@@ -262,7 +262,7 @@ static void scale(const double *c, int n, double sign, double h, double *b)
     }
     for (int i = 0; k <= n; i++, k++)
         b[k] = c[k] * power[i];
-    for (; k <= 2 * LOW; k++)
+    for (; k <= HIGH; k++)
         b[k] = 0.0;
 }
 

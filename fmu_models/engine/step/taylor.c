@@ -354,7 +354,7 @@ static double cut_reach(Run *r, int order, double h, double natural)
     return reach;
 }
 
-RunStatus taylor_step(Run *r, double limit)
+RunStatus taylor_step(Run *r, double limit, int varied)
 {
     const int full = taylor_order(r);
     const int rooted = r->segment_rooted = taylor_starts_rooted(r);
@@ -372,7 +372,8 @@ RunStatus taylor_step(Run *r, double limit)
     if (rooted) {
         flow_rooted_series(&r->at, &r->jets, full);
         r->evaluations += full;
-    } else if ((r->segment_linear = linear_series(r, &r->jets, full))) {
+    } else if (!varied && (r->segment_linear = linear_series(r, &r->jets))) {
+        order = LINEAR_ORDER;
         limit = before_impact(r, &r->jets, limit);
     } else {
         order = series_to(r, &r->jets, full, &limit);
@@ -414,13 +415,7 @@ RunStatus taylor_step(Run *r, double limit)
 void taylor_complete(Run *r)
 {
     const int full = taylor_order(r);
-    if (r->segment_rests >= 0) return;
-    if (r->segment_linear) { /* all else that the model's functions make of its states */
-        for (int k = 1; k < full; k++)
-            taylor_field(r, &r->jets, k);
-        flow_finish(&r->at, &r->jets, full);
-    }
-    if (r->segment_order == full) return;
+    if (r->segment_order == full || r->segment_rests >= 0) return;
     complete(r, r->segment_order, full);
 }
 

@@ -256,6 +256,14 @@ class Problem(ABC):
             StickslipError: there is none, or it has no derivative.
         """
 
+    def missed(self, z: Vector) -> Vector | None:
+        """The residual at z alone, where that costs far less than its derivatives; else None.
+
+        Raises:
+            StickslipError: there is no run.
+        """
+        return None
+
     def how(self, z: Vector, seen: Seen) -> str:
         """Where motions and derivatives come from, where that is not a matter of course, and how near they are."""
         return ""

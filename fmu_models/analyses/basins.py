@@ -214,8 +214,8 @@ def _mapped(
     order = sorted(
         range(len(attractors)), key=lambda i: (attractors[i].period == 0, attractors[i].time, *attractors[i].points[0])
     )
-    position = {old: new for new, old in enumerate(order)}
-    labels = np.array([position.get(int(label), int(label)) for label in told_labels.labels])
+    labels, position = told_labels.labels.copy(), np.argsort(order)
+    labels[labels >= 0] = position[labels[labels >= 0]]
     ordered = tuple(attractors[i] for i in order)
     failures = {tuple(map(int, np.unravel_index(i, shape))): text for i, text in told_labels.messages.items()}
     mirrored = mirror_images(system, ordered) if isinstance(system, Strobe) and system.autonomous else ()

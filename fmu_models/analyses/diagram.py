@@ -49,7 +49,7 @@ class Diagram(Pictured):
         model, over, of: names of the model, of the parameter, and of what a picture shows: a state or a quantity.
         states, contacts: names.
         values: (m,) of the parameter.
-        directions: of the sweeps.
+        directions: of the sweeps: "up", "up_2" from the second start, "down" and so on.
         points: (d, m, r, n); nan beyond the period of a motion that has one, and where a run failed.
         periods: (d, m) in steps of the section; 0 where none was claimed.
         began: (d, m, contacts) how often each contact or stick begins in a period.
@@ -108,6 +108,11 @@ class Diagram(Pictured):
     def per_time(self) -> Vector:
         """(d, m) largest exponents per ``unit``; empty where they were not asked for."""
         return self.exponents / self.durations if self.durations.size else self.durations
+
+    @property
+    def ways(self) -> tuple[str, ...]:
+        """Up or down, of each sweep."""
+        return tuple(direction.split("_")[0] for direction in self.directions)
 
     def sign(self, direction: int, value: int) -> str:
         """Sign of the exponent, by its error: "positive", "negative", "zero" or "not decided"."""
@@ -173,6 +178,9 @@ def orbit_diagram(
     *,
     direction: Annotated[str, Option("Of the sweep: up, down, both.")] = "up",
     start: Mapping[str, float] | Sequence[float] | None = None,
+    starts: Annotated[
+        int, Option("Of sweeps in each direction, all but one at random about the start.", minimum=1)
+    ] = 1,
     transient: Annotated[int, Option("Steps at each value that are not kept.", minimum=0)] = 250,
     points: Annotated[int, Option("Points kept where a motion does not repeat itself.", minimum=1)] = 50,
     longest: int = 24,
@@ -196,6 +204,8 @@ def orbit_diagram(
         over, values: name of a parameter and its values (m,), ascending.
         direction: "up", "down" or "both".
         start: of each sweep, and anew where a run failed.
+        starts: of sweeps in each direction: that one, and others at random within the sizes of the states about it,
+            from which they may come to other motions. Sweeps in one direction are made side by side, each for less.
         transient: steps at each value before those that are kept.
         points: that are kept where a motion does not repeat itself.
         longest: period that is looked for.
@@ -219,9 +229,10 @@ def orbit_diagram(
         raise StickslipError(f"The direction of a sweep is one of {', '.join(DIRECTIONS)}, found '{direction}'.")
     if swept.ndim != 1 or swept.size < 1 or not np.isfinite(swept).all() or (np.diff(swept) <= 0).any():
         raise StickslipError(f"The values of '{over}' must be finite and ascending, found shape {swept.shape}.")
-    if points < 1 or min(transient, longest, branches) < 0:
+    if min(points, starts) < 1 or min(transient, longest, branches) < 0:
         raise StickslipError(
-            f"{transient} steps of transient, {points} points, longest periods {longest} and {branches}: none below 0."
+            f"{starts} starts, {transient} steps of transient, {points} points, longest periods {longest} and "
+            f"{branches}: take one start and one point at least, and none below 0."
         )
     if branches and (system.autonomous or not isinstance(system, Strobe | Iteration)):
         raise StickslipError(
@@ -233,7 +244,8 @@ def orbit_diagram(
     if isinstance(system, Strobe) and system.estimated:
         named = amount.names[0] if amount else of
         system = at_maxima(system, named if named in system.states else system.states[0])
-    sweep = _Sweep(over, swept, DIRECTIONS[direction], system.start(start), transient, points, longest, exponents)
+    names = tuple(f"{way}_{k + 1}" if k else way for way in DIRECTIONS[direction] for k in range(starts))
+    sweep = _Sweep(over, swept, names, _starts(system, start, starts), transient, points, longest, exponents)
     plan = {"analysis": "diagram", **vars(sweep)}
     with Runner(system, plan, execution, progress) as runner:
         result = _swept(runner, system, sweep, of)
@@ -287,12 +299,23 @@ class _Sweep:
     exponents: int
 
 
+def _starts(system: SectionSystem, start: Mapping[str, float] | Sequence[float] | None, count: int) -> Vector:
+    """(count, n) the start, and others about it."""
+    sizes = np.where(np.isfinite(system.sizes()) & system.free, system.sizes(), 0.0)
+    apart = np.random.default_rng(0).uniform(-1.0, 1.0, (count, sizes.size))
+    apart[0] = 0.0
+    return system.wrapped(system.start(start) + sizes * apart)
+
+
 def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Diagram:
-    directions, m = sweep.directions, sweep.values.size
-    order = np.concatenate([np.arange(m) if direction == "up" else np.arange(m)[::-1] for direction in directions])
-    varied = {sweep.over: sweep.values[order]}
-    starts, kept = np.tile(sweep.start, (order.size, 1)), max(sweep.points, 2 * sweep.longest)
-    jobs = Jobs(starts, varied, sweep.transient, kept, chain=m, longest=sweep.longest, settled=SETTLED)
+    directions, m, beside = sweep.directions, sweep.values.size, len(sweep.start)
+    cells = np.arange(len(directions) * m).reshape(-1, m)
+    cells = np.stack([row[:: 1 if name.startswith("up") else -1] for name, row in zip(directions, cells, strict=True)])
+    order = cells.reshape(-1, beside, m).swapaxes(1, 2).ravel()  # of the cells, as they are made
+    varied = {sweep.over: sweep.values[order % m]}
+    starts, kept = np.tile(sweep.start[0], (order.size, 1)), max(sweep.points, 2 * sweep.longest)
+    starts.reshape(-1, m, *sweep.start.shape)[:, 0] = sweep.start
+    jobs = Jobs(starts, varied, sweep.transient, kept, chain=m, beside=beside, longest=sweep.longest, settled=SETTLED)
     rows = runner.make(jobs)
     claims = claimed(system, rows, varied, longest=sweep.longest)
     images = rows.points[:, : sweep.points].copy()
@@ -311,13 +334,13 @@ def _swept(runner: Runner, system: SectionSystem, sweep: _Sweep, of: str) -> Dia
         growth[indices], errors[indices], lasted[indices] = largest_exponents(
             runner, system, rows.ends[indices], subset, steps=sweep.exponents
         )
-    inverse = np.argsort(np.concatenate([k * m + o for k, o in enumerate(order.reshape(len(directions), m))]))
+    inverse = np.argsort(order)
 
     def shaped(array: NDArray[Any]) -> NDArray[Any]:
         return array[inverse].reshape(len(directions), m, *array.shape[1:])
 
     bad = np.flatnonzero(rows.outcomes > families.ABSORBED).tolist()
-    failures = {(directions[i // m], float(sweep.values[order[i]])): families.reason(rows, i) for i in bad}
+    failures = {(directions[order[i] // m], float(sweep.values[order[i] % m])): families.reason(rows, i) for i in bad}
     units = system.units(*system.states, sweep.over)
     names = system.name, sweep.over, tuple(system.states), tuple(system.contacts)
     arrays = shaped(images), shaped(claims.periods), shaped(began), shaped(growth)
@@ -351,7 +374,8 @@ ANALYSIS = Analysis(
     function=orbit_diagram,
     numbers=_numbers,
     results=(
-        "a row per value: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`; with `exponents` also "
+        "a row per value: `period_up`, `<state>_min_up`, `<state>_max_up`, and `_down`; with "
+        "`starts` also `_up_2` and so on; with `exponents` also "
         "`exponent_up`, per unit of time; with `against_branches` the first row has `lost_up` and `lost_down`: how "
         "often a sweep left a stable branch that goes on; with `branches` it has what is special on them, as of "
         "`branch`: `fold_1`"

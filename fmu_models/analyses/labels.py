@@ -101,10 +101,11 @@ class Labeller:
         absorb(self.attractors, starts, labels, steps, self.runner.workers, **how)
         mapped = np.flatnonzero(labels == UNDECIDED)
         periodic, targets = self._known()
+        known = np.array([self.attractors.index(motion) for motion in periodic], np.int64)
 
         def map_some(first: int, chunk: RunRows) -> None:
             decided, indices = _ended(chunk), mapped[first : first + len(chunk.filled)]
-            decided[chunk.orbits >= 0] = [self.attractors.index(periodic[i]) for i in chunk.orbits[chunk.orbits >= 0]]
+            decided[chunk.orbits >= 0] = known[chunk.orbits[chunk.orbits >= 0]]
             labels[indices], steps[indices] = decided, steps[indices] + chunk.steps
             open_ = np.flatnonzero((decided == UNDECIDED) & (chunk.filled > 0))
             open_indices.append(indices[open_])

@@ -41,7 +41,7 @@ WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
 SHARE, FARTHEST = 0.5, 200  # of a motion, and in batches: how far back it is looked for
 CHANGED = 8.0  # standard errors by which a change of the mean is no scatter
 MANY = 32  # motions whose scatter tells the error by itself, whatever the batches remember
-IDENTITY_STEPS = 8  # over which the sum of the exponents is compared with the volumes
+IDENTITY_STEPS = 4  # over which the sum of the exponents is compared with the volumes
 SHORTEST = 10  # batches on either side of a change point
 
 
@@ -292,13 +292,15 @@ def _changes(growth: Vector, times: Vector, batch: int) -> tuple[Integers, Trans
         index = int(np.argmax(at * (n - at) * (left_mean - right) ** 2))
         cut = int(at[index])
         segments = [g[:cut] - g[:cut].mean(), g[cut:] - g[cut:].mean()]
-        # the larger of the two scatters for both: a short part tells little of its own, a periodic one has none
-        error = np.sqrt(
-            max(float(segment @ segment) / segment.size * _memory([segment]) for segment in segments)
-            * (1 / cut + 1 / (n - cut))
-        )
+        scatters = [float(segment @ segment) / segment.size for segment in segments]
         rounding = 1e-9 * (abs(left_mean[index]) + abs(right[index]))
-        if abs(left_mean[index] - right[index]) > CHANGED * error + rounding:
+        clear = max(abs(left_mean[index] - right[index]) - rounding, 0.0) / CHANGED
+        variance = clear**2 / (1 / cut + 1 / (n - cut))
+        # the larger of the two scatters for both: a short part tells little of its own, a periodic one has none; that
+        # memory makes of them what it takes is asked only where it may be too little at its shortest
+        if variance > max(scatters) / WINDOW and variance > max(
+            scatter * _memory([segment]) for scatter, segment in zip(scatters, segments, strict=True)
+        ):
             begins[i] = cut
             before.append(float(growth[i, :cut].sum() / times[i, :cut].sum()))
             passed.append(cut * batch)

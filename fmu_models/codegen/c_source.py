@@ -51,7 +51,7 @@ def _sources(system: HybridSystem) -> dict[str, str]:
     model = "\n".join(
         [
             head + '#include "model/model.h"\n\n#include <float.h>\n#include <math.h>\n#include <stddef.h>\n',
-            *facts(system),
+            *facts(system, names.slots),
             *guards,
             rule_functions(system),
         ]
@@ -167,6 +167,7 @@ def _functions(system: HybridSystem, names: _Names) -> tuple[list[str], list[str
         "stick": [recurrences(stick, *moving, after=derived) for stick in sticks],
         "internal": recurrences(internal, *gaps, after=[*derived, *always]),
     }
+    names.slots.freeze()
     outputs = recurrences(_outputs(system, names), *gaps, names.forces, names.W, free_rates, after=derived)
     lengths = [
         f"if (j->rising[{i}] != 1) j->slip[{i}][k] = jet_length(j->slip[{i}], j->slip[{i + 1}], j->slip[{i + 2}], k);"

@@ -54,6 +54,8 @@ _RECURRENCES = {
     "cosh": ("jet_cosh({0}, {1}, k)", "pair_product({1}, {v0}, k)"),
     "tanh": ("jet_tanh({0}, {1}, k)", "{v0}[k] - pair_product({1}, {v0}, k)"),
 }
+# those that are affine in the states, in harmonics of the time and in what else z of step/linear.c holds
+_LINEAR = ("turns", "angle", "sin_phase", "cos_phase")
 
 
 @dataclass(frozen=True)
@@ -76,13 +78,22 @@ class Affine:
 class Slots:
     """Names of new series, ``j->w[0]``, ``j->w[1]``, ..., over all functions of one model.
 
+    ``harmonics``: phase, sine and cosine of each; ``bent``: some series is neither of these nor a sum.
     ``seen``: series whose coefficients tell all; ``moving``: inertia depends on more than parameters (``discs.py``).
     """
 
     moving: bool = False
     used: int = 0
     reciprocals: int = 0
+    harmonics: list[tuple[str, str, str]] = field(default_factory=list)
+    bent: bool = False
+    linear: bool = False
+    driving: tuple[tuple[str, str, str], ...] = ()
     seen: set[str] = field(default_factory=set)
+
+    def freeze(self) -> None:
+        """What is made from here on are outputs, which no motion reads."""
+        self.linear, self.driving = not self.bent, tuple(self.harmonics)
 
     def new(self) -> str:
         """The next name."""
@@ -266,6 +277,8 @@ class Recurrences:
             self._nodes |= {sine: s, cosine: c}
             self._compute(s, f"sin{kind}", (argument, c))
             self._compute(c, f"cos{kind}", (argument, s))
+            if phase:
+                self._slots.harmonics.append((phase, s, c))
         return _alone(self._nodes[sine if e.func in (sympy.sin, sympy.sinh) else cosine])
 
     def _tanh(self, argument: str) -> Affine:
@@ -293,6 +306,7 @@ class Recurrences:
         self, y: str, name: str, operands: tuple[str, ...], constants: tuple[Expr, ...] = (), shorter: str = ""
     ) -> None:
         value, variation = _RECURRENCES[name]
+        self._slots.bent |= name not in _LINEAR
         self.discs.image(y, name, operands)
         self.lines.append(f"{y}[k] = {value.format(*operands, y=y)};")
         changes = {f"v{i}": varied(operand) for i, operand in enumerate(operands)}

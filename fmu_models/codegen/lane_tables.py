@@ -195,6 +195,7 @@ class _Tables:
             "HOME_GUARDS": len(homes),
             "VARIED": self._varied(),
             "IMPACTS": sum(contact.kind.impulsive for contact in contacts),
+            "STOPS": sum(contact.kind.compliant for contact in contacts),
             "SWITCHES": sum(contact.kind.surface for contact in contacts),
             "LOW": max((degree for degree in degrees if degree is not None), default=0),
         }
@@ -286,13 +287,12 @@ class _Tables:
         return 0 if None in degrees else max(degree for degree in degrees if degree is not None) - 1
 
     def _flow_sums(self, only: Collection[int] | None = None) -> list[str]:
-        """Rates of the states; of these alone, from these alone."""
+        """Rates of the states; of these alone, from these alone. What a series knows last is added last."""
         nq = len(self.system.coordinates)
         lines = [f"d[{i}] = y[{nq + i}];" for i in range(nq) if only is None or i in only]
+        terms = [(j < self.n, e, i, j) for e, (i, j) in enumerate(self.places) if only is None or j in only]
         for i in self.flow:
-            products = [
-                f"A[{e}] * y[{j}]" for e, (row, j) in enumerate(self.places) if row == i and (only is None or j in only)
-            ]
+            products = [f"A[{e}] * y[{j}]" for _, e, row, j in sorted(terms) if row == i]
             if only is None or i in only:
                 lines.append(f"d[{i}] = {' + '.join(products) or '0.0 * y[0]'};")
         return lines or ["(void)d;"]

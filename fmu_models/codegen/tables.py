@@ -17,7 +17,7 @@ def head_of(system: HybridSystem) -> str:
     return f"/* Generated from the declaration of {system.name}; do not edit. */\n"
 
 
-def facts(system: HybridSystem) -> list[str]:
+def facts(system: HybridSystem, slots: Slots) -> list[str]:
     """The arrays of model.h: start values, and what is known of every contact."""
 
     def numbers(name: str, size: str, values: Iterable[float]) -> str:
@@ -55,6 +55,28 @@ def facts(system: HybridSystem) -> list[str]:
         of_contacts("const short", "elements", elements),
         of_contacts("const short", "first", firsts),
         *sparsity(system),
+        *_harmonics(system, slots),
+    ]
+
+
+# a step by sums of all states beats one by what is not zero
+_MOST_LINEAR_STATES = 4
+
+
+def _is_linear(system: HybridSystem, slots: Slots) -> bool:
+    """Whether few states are linear with constant factors in every mode; factors of a memory are others each time."""
+    changing = any(c.remembers or c.elements or c.kind.cone for c in system.contacts) or not system.constant_inertia
+    return slots.linear and 0 < len(system.states) <= _MOST_LINEAR_STATES and not changing and not system.rule
+
+
+def _harmonics(system: HybridSystem, slots: Slots) -> list[str]:
+    """Which intermediate results are the phase, sine and cosine of each harmonic of a linear system."""
+    harmonics = slots.driving if _is_linear(system, slots) else ()
+    numbers = [[name.removeprefix("j->w[").removesuffix("]") for name in names] for names in harmonics]
+    columns = zip(*numbers, strict=True) if numbers else ((),) * 3
+    return [
+        table("const short", name, "MODEL_ROOM(MODEL_NH)", column)
+        for name, column in zip(("angle", "sine", "cosine"), columns, strict=True)
     ]
 
 
@@ -84,6 +106,7 @@ def sizes_of(system: HybridSystem, derived: int, slots: Slots, *, reach: bool) -
         "ND": derived,
         "NW": slots.used,
         "NR": slots.reciprocals,
+        "NH": len(slots.driving) if _is_linear(system, slots) else 0,
         "NM": len(envelope(system)),
         "CONSTANT_INERTIA": int(system.constant_inertia),
         "BOUNDED": int(any(contact.depth is not None for contact in system.contacts)),
@@ -92,6 +115,7 @@ def sizes_of(system: HybridSystem, derived: int, slots: Slots, *, reach: bool) -
         "RESTS": int(any(contact.reset_sides & 8 for contact in system.contacts)),
         "IS_MAP": int(bool(system.rule)),
         "REACH": int(reach),
+        "LINEAR": int(_is_linear(system, slots)),
         "RELEASES": int(any(contact.release is not None for contact in system.contacts)),
         "IMPACTS": sum(contact.kind.impulsive for contact in system.contacts),
         "CONES": sum(contact.kind.cone for contact in system.contacts),

@@ -53,7 +53,7 @@ def check(fmu: Fmu) -> None:
 
 def module_sources(fmu: Fmu) -> dict[str, str | bytes]:
     """C files and headers by name, of which ``COMPILED`` are compiled; of an FMU that passes ``check``."""
-    folder = fmu.folder / "sources"
+    folder = fmu.sources
     sources: dict[str, str | bytes] = {
         f"engine/{path.relative_to(folder).as_posix()}": path.read_text("utf-8")
         for path in sorted(folder.rglob("*"))

@@ -23,8 +23,8 @@ from fmu_models.base.cache import digest
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
 
-# steps of a section in a chunk, about: some 50 ms of work; of one that is stored or travels: at least and at most,
-# and how many chunks there are between these
+# steps of a section in a chunk, about: some 50 ms of work; of one that is stored or travels: at least (a cluster has
+# 10 ms of work with each) and at most, and how many chunks there are between these
 CHUNK = 5000
 FAR_CHUNK, MOST_CHUNK, FAR_CHUNKS = 40_000, 400_000, 250
 EARLY = 50  # steps after which a run that may end early has ended, as a rule
@@ -108,7 +108,8 @@ class Jobs:
         if self.targets is not None or self.longest:
             steps = min(steps, EARLY)
         cost = max(1, steps * (1 + 2 * self.tangents))
-        target = min(max(FAR_CHUNK, len(self) * cost // FAR_CHUNKS), MOST_CHUNK) if far and pace else CHUNK * pace
+        least, least_far = CHUNK * pace, FAR_CHUNK * pace
+        target = min(max(least_far, len(self) * cost // FAR_CHUNKS), MOST_CHUNK) if far and pace else least
         if self.chain == 1:
             size = max(together, target // cost, 1)
             return [Chunk(begin, min(begin + size, len(self))) for begin in range(0, len(self), size)]

@@ -1,19 +1,16 @@
 """A family of motions on the disk: a Zarr store (version 3) that xarray reads.
 
     run.zarr           what was found, once it is; attributes: where it comes from, and whether it is finished
-      runs/0           the rows of the first family of runs, as bytes: a log with a record per chunk of jobs
-      runs/1 ...       of the next one
-      links/0 ...      texts of what is found one after the other, a record each
+      records/log      bytes, by families: the rows of runs, a record per chunk of jobs, or texts of what is found one
+                       after the other, a record each
 
-A log is only added to, and a record counts once all of it is there with its checksum: a process that is killed, or a
+The log is only added to, and a record counts once all of it is there with its checksum: a process that is killed, or a
 disk that is full, loses what was being written and no more. A finished store has its records in order: nothing in it
 depends on who made which chunk, nor when, and it is the same to the last byte.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import io
 import json
 import os
 import shutil
@@ -37,11 +34,14 @@ if TYPE_CHECKING:
     import zarr
     from numcodecs import Zstd
 
-PROVENANCE, FINISHED, RUNS = "provenance", "finished", "runs"
-WHAT = -1  # number of the record that says of which jobs a log has the rows
+PROVENANCE, FINISHED, RECORDS = "provenance", "finished", "records/log"
+WHAT = -1  # number of the record that says of which jobs a family has the rows
+ROOM = 1 << 32  # numbers of one family in the log
 FRESH = 64  # chunks that wait in memory to be taken; others are read back
 LEVEL = 1  # of the compression
+LOOSE = "records.log"  # where the log is until it is finished
 CHUNK = "c/0"  # where Zarr keeps the only chunk of an array
+WHOLE = 64 << 20  # bytes of a variable that is one chunk
 
 
 class Store:
@@ -54,7 +54,10 @@ class Store:
 
     def __init__(self, path: Path, root: zarr.Group) -> None:
         self.path, self._root = path, root
-        self._logs: dict[str, RunLog] = {}
+        self._families = 0
+        loose, packed = path / LOOSE, path / RECORDS / CHUNK
+        with on_disk(path):  # beside the arrays of the store, or in one of them, where finishing has put it
+            self._log = RunLog(packed if packed.is_file() and not loose.is_file() else loose)
 
     @property
     def finished(self) -> bool:
@@ -109,50 +112,47 @@ class Store:
 
     def stage(self, jobs: Jobs) -> Stage:
         """Where the next family of runs is kept."""
-        return Stage(self.path, self._log(f"{RUNS}/{len(self._logs)}"), jobs)
+        return Stage(self.path, self._next(), jobs)
 
     def chain(self) -> Chain:
         """Where the next way is kept whose points are found one after the other."""
-        return Chain(self.path, self._log(f"links/{len(self._logs)}"))
+        return Chain(self.path, self._next())
 
     def runs(self) -> list[RunRows]:
         """The rows of all runs, one for each family."""
-        numbers = sorted({int(entry.stem) for entry in (self.path / RUNS).glob("*") if entry.stem.isdigit()})
-        logs = [self._log(f"{RUNS}/{number}") for number in numbers]
-        families = [[_unpacked(log.get(k)) for k in log.numbers if k != WHAT] for log in logs]
+        families = [Family(self._log, index) for index in sorted({k // ROOM for k in self._log.numbers})]
+        pieces = [[_unpacked(f.get(k)) for k in f.numbers if k != WHAT] for f in families if WHAT in f]
         return [
-            joined(pieces, np.cumsum([0, *(len(piece.filled) for piece in pieces[:-1])]).tolist())
-            for pieces in families
-            if pieces
+            joined(some, np.cumsum([0, *(len(piece.filled) for piece in some[:-1])]).tolist())
+            for some in pieces
+            if some
         ]
 
-    def _log(self, name: str) -> RunLog:
-        """A log: beside the arrays of the store, or in one of them, where finishing has put it."""
-        path, packed = self.path / f"{name}.log", self.path / name / CHUNK
-        with on_disk(self.path):
-            self._logs[name] = RunLog(packed if packed.is_file() and not path.is_file() else path)
-        return self._logs[name]
+    def _next(self) -> Family:
+        """The records of the next family."""
+        self._families += 1
+        return Family(self._log, self._families - 1)
 
     def finish(self, result: xarray.Dataset) -> None:
         """Keep what was found, a data set, in the root."""
         if self.finished:
             return
         with on_disk(self.path):
-            for name, log in self._logs.items():
-                if not len(log):
-                    continue
-                log.sort()
-                loose, packed = self.path / f"{name}.log", self.path / name / CHUNK
-                os.replace(log.path, loose)  # where a process that was killed as it finished had packed it
+            if self._log.numbers:
+                self._log.sort()
+                loose, packed = self.path / LOOSE, self.path / RECORDS / CHUNK
+                os.replace(self._log.path, loose)  # where a process that was killed as it finished had packed it
                 size = loose.stat().st_size
                 self._root.create_array(
-                    name, shape=(size,), chunks=(size,), dtype="uint8", compressors=None, overwrite=True
+                    RECORDS, shape=(size,), chunks=(size,), dtype="uint8", compressors=None, overwrite=True
                 )
                 packed.parent.mkdir(exist_ok=True)
                 os.replace(loose, packed)
-            result.assign_attrs({PROVENANCE: self._root.attrs[PROVENANCE]}).to_zarr(
-                self.path, mode="a", zarr_format=3, consolidated=False
-            )
+            found = result.assign_attrs({PROVENANCE: self._root.attrs[PROVENANCE]})
+            for variable in found.variables.values():
+                if variable.ndim and 0 < variable.nbytes <= WHOLE:
+                    variable.encoding["chunks"] = variable.shape
+            found.to_zarr(self.path, mode="a", zarr_format=3, consolidated=False)
             # opened anew: the group does not see what others have written in its attributes
             Store._existing(self.path)._root.attrs[FINISHED] = True
 
@@ -185,12 +185,6 @@ class RunLog:
         """Those of the records that there are, ascending."""
         return sorted(self._places)
 
-    def __len__(self) -> int:
-        return len(self._places)
-
-    def __contains__(self, number: int) -> bool:
-        return number in self._places
-
     def put(self, number: int, content: bytes) -> None:
         """Add a record."""
         self.path.parent.mkdir(exist_ok=True)
@@ -222,10 +216,42 @@ class RunLog:
         self._places, self._end = ordered._places, ordered._end
 
 
+class Family:
+    """The records of one family in the log of a store, by numbers of its own from ``WHAT`` on.
+
+    Attributes:
+        index: which family it is.
+    """
+
+    def __init__(self, log: RunLog, index: int) -> None:
+        self.index, self._log, self._zero = index, log, index * ROOM - WHAT
+        self._there = {k - self._zero for k in log.numbers if k // ROOM == index}
+
+    @property
+    def numbers(self) -> list[int]:
+        """Those of the records that there are, ascending."""
+        return sorted(self._there)
+
+    def __len__(self) -> int:
+        return len(self._there)
+
+    def __contains__(self, number: int) -> bool:
+        return number in self._there
+
+    def put(self, number: int, content: bytes) -> None:
+        """Add a record."""
+        self._log.put(self._zero + number, content)
+        self._there.add(number)
+
+    def get(self, number: int) -> bytes:
+        """Content of a record that is there."""
+        return self._log.get(self._zero + number)
+
+
 class Stage:
     """One family of runs in a store."""
 
-    def __init__(self, path: Path, log: RunLog, jobs: Jobs) -> None:
+    def __init__(self, path: Path, log: Family, jobs: Jobs) -> None:
         self.path, self._log = path, log
         self._fresh: dict[int, RunRows] = {}
         what = jobs.digest().encode()
@@ -234,7 +260,7 @@ class Stage:
                 log.put(WHAT, what)
         elif log.get(WHAT) != what:
             raise StickslipError(
-                f"'{path}' goes on otherwise than here: the runs in {log.path.stem} are others. It was made by a "
+                f"'{path}' goes on otherwise than here: the runs of family {log.index} are others. It was made by a "
                 f"computer whose arithmetic differs in the last digit. {OVERWRITE}"
             )
 
@@ -274,7 +300,7 @@ class Chain:
         texts: those that are there.
     """
 
-    def __init__(self, path: Path, log: RunLog) -> None:
+    def __init__(self, path: Path, log: Family) -> None:
         self.path, self._log = path, log
         self.texts = [log.get(number).decode() for number in log.numbers]
 
@@ -295,19 +321,25 @@ def stored_runs(path: str | os.PathLike[str]) -> list[RunRows]:
 
 
 def _packed(rows: RunRows) -> bytes:
-    """Rows as bytes: each array as NumPy writes it, the messages as JSON."""
-    content = io.BytesIO()
-    for array in (*rows.arrays().values(), np.frombuffer(json.dumps(rows.messages).encode(), np.uint8)):
-        np.save(content, array, allow_pickle=False)
-    return _compressor().encode(content.getvalue())
+    """Rows as bytes: the length of a head, the head (JSON: type and shape of each array, the messages), the arrays."""
+    arrays = [np.ascontiguousarray(array) for array in rows.arrays().values()]
+    head = json.dumps([[(array.dtype.str, array.shape) for array in arrays], rows.messages]).encode()
+    parts = [len(head).to_bytes(8, "little"), head, *(array.tobytes() for array in arrays)]
+    return _compressor().encode(b"".join(parts))
 
 
 def _unpacked(content: bytes) -> RunRows:
     """The rows that ``_packed`` wrote."""
-    stream = io.BytesIO(_compressor().decode(content))
-    arrays = {field.name: np.load(stream, allow_pickle=False) for field in dataclasses.fields(RunRows)}
-    messages = json.loads(arrays.pop("messages").tobytes())
-    return RunRows(**arrays, messages={int(i): text for i, text in messages.items()})
+    data = memoryview(_compressor().decode(content))
+    at = 8 + int.from_bytes(data[:8], "little")
+    kinds, messages = json.loads(bytes(data[8:at]))
+    arrays = []
+    for dtype, shape in kinds:
+        array = np.empty(shape, dtype)
+        array.reshape(-1).view(np.uint8)[:] = data[at : at + array.nbytes]
+        arrays.append(array)
+        at += array.nbytes
+    return RunRows(*arrays, messages={int(i): text for i, text in messages.items()})
 
 
 def _is_empty(path: Path) -> bool:

@@ -32,6 +32,9 @@ RATIO_FROM = 16 << 20
 # file systems take 255 bytes a name; the whole path has to leave room for the folder
 MAX_NAME = 255
 MAX_PATH = 1024
+# among the sources of an FMU of this suite; its engine, in folders beside it, is most of its files
+OWN = "sources/model_sizes.h"
+_ENGINE = re.compile(r"sources/[^/]+/.+")
 
 LOCAL_HEADER = 30  # bytes before the name in a zip archive's local header
 ENCRYPTED = 0x1 | 0x40  # bits of the general purpose flag: encrypted, strongly encrypted
@@ -47,15 +50,18 @@ KINDS = {
 }
 
 
-def unpack(path: Path, folder: Path) -> None:
-    """Unpack ``path`` into the empty ``folder``; after an error it holds a part, for the caller to remove.
-    StickslipError: not a zip archive, damaged, or with something in it that an FMU does not have; says what."""
+def unpack(path: Path, folder: Path, *, engine: bool = True) -> None:
+    """Unpack ``path`` into the empty ``folder``; after an error it holds a part, for the caller to remove. ``engine``:
+    with the sources that all FMUs of this suite share. StickslipError: not a zip archive, damaged, or with something in
+    it that an FMU does not have; says what."""
     try:
         with zipfile.ZipFile(path) as archive:
             entries = archive.infolist()
             _check_entries(entries, path)
+            whole = engine or not any(entry.filename == OWN for entry in entries)
             for entry in entries:
-                _unpack_entry(archive, entry, path, folder)
+                if whole or not _ENGINE.fullmatch(entry.filename):
+                    _unpack_entry(archive, entry, path, folder)
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, ValueError, EOFError, zlib.error) as error:
         raise StickslipError(
             f"'{path}' is not an FMU, or damaged: {error}. An FMU is a zip archive; fetch or export it again."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
 import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
     from fmpy.model_description import ModelDescription, ScalarVariable
 
+PACKED = "packed"  # beside the folder, the archive of which something stays packed
+
 
 @dataclass(frozen=True, eq=False)
 class Fmu(Shown):
@@ -34,7 +37,7 @@ class Fmu(Shown):
 
     Attributes:
         path: the file it came from.
-        folder: where it is unpacked.
+        folder: where it is unpacked, without the engine of one of this suite (``sources``).
         description: modelDescription.xml as fmpy reads it.
         variables: every variable by name, in order of declaration.
     """
@@ -59,7 +62,9 @@ class Fmu(Shown):
             raise StickslipError(f"'{path}' is a folder. Name an FMU, a file.")
         folder = claim_folder("fmu")
         try:
-            archive.unpack(path, folder)
+            archive.unpack(path, folder, engine=False)
+            if (folder / archive.OWN).is_file():  # the file itself may change or go
+                shutil.copyfile(path, folder.with_name(PACKED))
             fmu = cls.unpacked(path, folder)
         except BaseException:
             release_folder(folder)
@@ -84,6 +89,16 @@ class Fmu(Shown):
     def _contents(self) -> dict[str, object]:
         kinds = ("states", "inputs", "outputs", "contacts", "parameters")
         return {"file": self.path, **{kind: getattr(self, kind) for kind in kinds}}
+
+    @cached_property
+    def sources(self) -> Path:
+        """The folder with all of its sources, for those who build something of them; errors as for ``open``."""
+        if not self.folder.with_name(PACKED).is_file():
+            return self.folder / "sources"
+        folder = claim_folder("sources")
+        weakref.finalize(self, release_folder, folder)
+        archive.unpack(self.folder.with_name(PACKED), folder)
+        return folder / "sources"
 
     @property
     def fmi(self) -> int:

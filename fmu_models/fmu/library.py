@@ -38,7 +38,7 @@ def platforms(fmu: Fmu) -> list[str]:
 
 def sources(fmu: Fmu) -> list[str]:
     """C and C++ files in ``sources``."""
-    folder = fmu.folder / "sources"
+    folder = fmu.sources
     files = (file for file in folder.rglob("*") if file.suffix == ".c" or file.suffix in CPP)
     return sorted(file.relative_to(folder).as_posix() for file in files)
 
@@ -72,7 +72,7 @@ def unload(dll: ctypes.CDLL) -> None:
 
 
 def _build(fmu: Fmu, identifier: str, target: Path) -> Path:
-    folder = fmu.folder / "sources"
+    folder = fmu.sources
     texts = {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
     files, options = [], []
     for configuration in _parts(fmu, identifier):

@@ -135,6 +135,7 @@ def _compiled(fmu: Fmu, values: Mapping[str, float]) -> dict[str, bytes]:
     with temporary_folder("start") as room:
         folder = room / "fmu"
         shutil.copytree(fmu.folder, folder, ignore=shutil.ignore_patterns("binaries"))
+        shutil.copytree(fmu.sources, folder / "sources", dirs_exist_ok=True)
         (folder / MODEL).write_text(text, "utf-8")
         binary = library(Fmu.unpacked(fmu.path, folder), identifier).read_bytes()
         suffix = next((folder / "binaries" / this_folder(fmu)).iterdir()).suffix

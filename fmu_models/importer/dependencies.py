@@ -11,14 +11,14 @@ def declared(fmu: Fmu) -> tuple[NDArray[np.int64], NDArray[np.int32]] | None:
 
     None where the description leaves it open for some rate, or for elements of arrays.
     """
-    numbers: dict[tuple[str, int], int] = {}
-    depends = []
-    for unknown in fmu.description.derivatives:
-        state = unknown.variable and unknown.variable.derivative
-        if state is None or state.shape or unknown.dependencies is None:
-            return None
-        numbers[str(state.type), state.valueReference] = len(numbers)
-        depends.append([(str(known.type), known.valueReference) for known in unknown.dependencies])
-    entries = {(numbers[known], row) for row, knowns in enumerate(depends) for known in knowns if known in numbers}
-    columns, rows = np.array(sorted(entries), dtype=np.int64).reshape(-1, 2).T
-    return np.searchsorted(columns, np.arange(len(depends) + 1)), rows.astype(np.int32)
+    unknowns = fmu.description.derivatives
+    states = [unknown.variable and unknown.variable.derivative for unknown in unknowns]
+    numbers = {(s.type, s.valueReference): k for k, s in enumerate(states) if s is not None and not s.shape}
+    if len(numbers) < len(unknowns) or any(unknown.dependencies is None for unknown in unknowns):
+        return None
+    n = len(numbers)
+    known = [[numbers.get((v.type, v.valueReference), n) for v in u.dependencies or ()] for u in unknowns]
+    columns = np.array([column for row in known for column in row], dtype=np.int64)
+    entries = np.unique(columns * n + np.repeat(np.arange(n), [len(row) for row in known]))
+    start = np.searchsorted(entries, np.arange(n + 1) * n)
+    return start, (entries[: start[n]] % max(1, n)).astype(np.int32)

@@ -31,7 +31,7 @@ METHODS = {n.lower().replace("_", "-"): k for n, k in vars(_C.constants("MethodC
 CO_SIMULATION, SCHEDULED = "co-simulation", "scheduled"
 EVENT_KINDS = {number: name.lower() for name, number in vars(_C.constants("EventKind", "EVENT_")).items()}
 ON_ZENO = {name.lower(): number for name, number in vars(ZENO).items()}
-EVENT_CAPACITY = 4096
+EVENT_CAPACITY, EVENT_NUMBERS = 4096, 1 << 20  # between two calls of the master; states of them, each twice
 ALLOWANCE = 20000  # steps per call: how long an interrupt from the keyboard waits
 TOLERANCES = (1e-14, 0.1)
 
@@ -133,13 +133,15 @@ class Driver(Shown):
             raise StickslipError(f"There is not enough memory for the {len(self._states)} states of '{self.fmu.path}'.")
         self._finalizer = weakref.finalize(self, _close, self._library.master_free, self._master, self._instance)
         self._gradient = np.zeros(max(1, len(self._states)))
-        self._events = np.zeros(EVENT_CAPACITY, dtype=instance.EVENT)
-        self._event_states = np.zeros((EVENT_CAPACITY, 2, len(self._states)))
+        self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.calls.n_indicators)]
+        # of many states fewer at a time, but what may come at one instant
+        capacity = max(min(EVENT_CAPACITY, EVENT_NUMBERS // max(1, len(self._states))), len(self._indicators) + 16)
+        self._events = np.empty(capacity, dtype=instance.EVENT)
+        self._event_states = np.empty((capacity, 2, len(self._states)))
         numbers = {name: k for k, name in enumerate(self._instance.derivatives)}
         self._rates = np.array([numbers.get(name, -1) for name in (*self._recorded.names, "")], dtype=np.int32)
         self._starts: dict[tuple[str, ...], request.Selection] = {}
         self._units: dict[str, str] = {}
-        self._indicators = [indicator_name(self.fmu, i) for i in range(self._instance.calls.n_indicators)]
         # what all runs have in common
         self._blank = instance.Run(
             tolerance=self.tolerance,
@@ -148,7 +150,7 @@ class Driver(Shown):
             recorded_rates=request.address(self._rates),
             n_clocks=len(self.clocks.all),
             clocked=self.clocks.recorded.c,
-            event_capacity=EVENT_CAPACITY,
+            event_capacity=self._events.size,
             on_zeno=ON_ZENO[on_zeno],
             events=request.address(self._events),
             event_states=request.address(self._event_states),

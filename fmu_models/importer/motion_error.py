@@ -112,9 +112,8 @@ _TEXTS = {
     "values.",
     RUN.STEP_TOO_SMALL: "the steps become shorter than the rounding of time at {at}: the motion has a singularity "
     "there, or a jump that no event indicator announces. Stop the run before it, or loosen the tolerance.",
-    RUN.TOO_LARGE: "an implicit method at {at} needs systems of equations for {index} states with {value:.3g} numbers "
-    "that are not zero or may become so, and has room for 3.4e7. Choose the method 'dop853' or 'dopri5', or split the "
-    "FMU.",
+    RUN.TOO_LARGE: "an implicit method needs systems of equations for {index} states at {at}, with more numbers that "
+    "may differ from zero than there is room for (3.4e7). Choose the method 'dop853' or 'dopri5', or split the FMU.",
     RUN.RATES_DIFFER: "two calls at {at} with the same states and inputs give derivatives of the state '{state}' that "
     "differ by {value:.3g}: steps of any sensible length cannot keep the tolerance. Mend the FMU, or loosen the "
     "tolerance.",

@@ -8,9 +8,10 @@
                                       hold contacts eliminated
     c/lane_code.h                     steps of all lanes, once per width, the same operations in each lane: at home
                                       (lane_home.h), and in batches of what wants the same, to events and over sub-steps
-                                      (lane_batch.h, lane_series.h, lane_fall.h, lane_roots.h) or away from home
-                                      (lane_stride.h), on lane_vectors.h
-    c/lane_variation.h, lane_tangents.*  differences of neighbours, over sub-steps, at home and through events
+                                      (lane_batch.h, lane_stops.h, lane_series.h, lane_fall.h, lane_roots.h) or away
+                                      from home (lane_stride.h), on lane_vectors.h
+    c/lane_variation.h, lane_tangents.*  differences of neighbours over sub-steps and through events, in a batch or by
+                                      one lane, set at right angles at the end of a period; at home groups step them
     c/lane_event.*, lane_transition.* what one lane does at an event: by itself where one contact alone decides, else by
                                       asking the engine, from the same point
     c/targets.c                       widths by target, and the choice by CPUID; the library's one function
@@ -24,7 +25,8 @@ series of each step and a watch on its energy, which cost as much as the steps d
 (tests/benchmarks/bench_lanes.py).
 
 What happens at events is told twice: in full for one lane (``lane_event``), and for all lanes of a batch where it is
-the plain case of an impact or a switch (``impacts``, ``switches``). A further contact state is a digit of a mode
+the plain case of an impact or a switch (``impacts``, ``switches``); stops that no held contact feels have the latter
+alone (``stops``). A further contact state is a digit of a mode
 (``_digits``, ``state_of``), its guards (``full_guard``) and its transition (``lane_transition``). A step that lanes
 cannot make at all is marked ``failed``: the series of the engine make it, and it is counted. Whatever is added must
 keep every lane's operations free of the others.

@@ -69,7 +69,7 @@ _loading = threading.Lock()
 
 def _sources(fmu: Fmu) -> dict[str, str | bytes]:
     """Our code, and what the FMU says of its model."""
-    folder, package = fmu.folder / "sources", Path(__file__).parent
+    folder, package = fmu.sources, Path(__file__).parent
     headers = [LANE_TABLES, "model_sizes.h", "ensemble/lane_stepper.h"]
     headers += sorted(path.relative_to(folder).as_posix() for path in (folder / "model").glob("*.h"))
     sources: dict[str, Any] = {f"engine/{name}": (folder / name).read_text("utf-8") for name in headers}

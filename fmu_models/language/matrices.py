@@ -6,7 +6,8 @@
     Psi = -K_ii^-1 K_ib,   K_ii Phi = M_ii Phi omega^2,   Phi^T M_ii Phi = 1
 
 Where forces act on kept degrees alone, statics is exact, and so nearly is what happens well below the lowest omega
-that is left out. With none kept these are the modes of the structure.
+that is left out. With none kept these are the modes of the structure, and what a force bends them by is too little by
+the residual flexibility of what is left out.
 
 Source: Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968).
 """
@@ -14,8 +15,9 @@ Source: Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -28,11 +30,16 @@ from fmu_models.base.errors import StickslipError, refuse_unknown
 if TYPE_CHECKING:
     from scipy.sparse import csr_array, sparray, spmatrix
 
+    from fmu_models.language.quantities import Coordinate
+
 # an array, a sparse matrix, or a file: .mtx, .npy, or file.mat:name
 Matrix: TypeAlias = "ArrayLike | spmatrix | sparray | str | os.PathLike[str]"
+# in the order of the rows, by row from 0 on, or a file whose lines end in node and direction
+Names: TypeAlias = "Sequence[str] | Mapping[str, int] | str | os.PathLike[str]"
 
 _ASYMMETRIC = 1e-8  # of the largest entry: what solvers for finite elements leave
 _RIGID = 1e-9  # square of an angular frequency, of the largest stiffness over the largest mass
+_ROUNDED = 1e-10  # of the largest stiffness: none between kept degrees and modes
 _DENSE = 400  # degrees of freedom up to which all modes are computed
 
 
@@ -44,8 +51,9 @@ class Reduced:
         M, C, K: (m, m), in the units of the ones given.
         names: of the coordinates: those kept, then ``mode1``, ``mode2``, ...
         basis: (n, m), the degrees of freedom u from these coordinates.
-        omega: rad/s of the modes kept, with the kept degrees held.
-        left_out: rad/s of the lowest mode left out; infinite if there is none.
+        omega: rad/s of the modes kept, with the kept degrees held; if diagonal, of the reduced structure.
+        left_out: rad/s of the lowest mode left out, with the kept degrees held; infinite if there is none.
+        degrees: names of all degrees of freedom.
     """
 
     M: NDArray[np.float64]
@@ -55,6 +63,43 @@ class Reduced:
     basis: NDArray[np.float64]
     omega: NDArray[np.float64]
     left_out: float
+    degrees: tuple[str, ...]
+    _stiffness: Any = field(repr=False)
+
+    def place(self, degree: str, q: Mapping[str, Coordinate]) -> sympy.Expr:
+        """A degree of freedom, written by the coordinates; of their velocities ``speed`` is the same.
+
+        Raises:
+            StickslipError: none is called so.
+        """
+        row = self.basis[self._row(degree)]
+        return sympy.Add(*(sympy.Float(float(x)) * q[name] for name, x in zip(self.names, row, strict=True) if x))
+
+    def speed(self, degree: str, q: Mapping[str, Coordinate]) -> sympy.Expr:
+        """The rate of a degree of freedom, likewise."""
+        return self.place(degree, {name: x.v for name, x in q.items()})  # pyright: ignore[reportArgumentType]
+
+    def residual(self, degree: str) -> float:
+        """The share of its static flexibility, in percent, that a degree of freedom lacks: 0 of those kept.
+
+        Raises:
+            StickslipError: none is called so, or nothing holds the structure.
+        """
+        from scipy.sparse.linalg import splu
+
+        row = self._row(degree)
+        force = np.zeros(len(self.degrees))
+        force[row] = 1.0
+        try:
+            whole = splu(self._stiffness.tocsc()).solve(force)[row]
+            here = self.basis[row] @ np.linalg.solve(self.K, self.basis[row])
+        except (RuntimeError, np.linalg.LinAlgError):
+            raise StickslipError("Nothing holds the structure: it has no static flexibility") from None
+        return float(100.0 * (1.0 - here / whole))
+
+    def _row(self, degree: str) -> int:
+        refuse_unknown(degree, self.degrees, f"No degree of freedom is called '{degree}'.")
+        return self.degrees.index(degree)
 
 
 def reduced(
@@ -64,8 +109,9 @@ def reduced(
     *,
     modes: int,
     keep: Sequence[str] = (),
-    names: Sequence[str] | None = None,
+    names: Names | None = None,
     damping: float = 0.0,
+    diagonal: bool = False,
 ) -> Reduced:
     """Keep some degrees of freedom of a structure, and its lowest modes with these held.
 
@@ -73,8 +119,11 @@ def reduced(
         M, C, K: (n, n) symmetric; C None: nothing is damped but the modes.
         modes: how many.
         keep: degrees of freedom that contacts and forces act on.
-        names: of all degrees of freedom; ``u1``, ``u2``, ... if None.
+        names: of all degrees of freedom: in their order, by row, or a file as ``from_matrices`` reads it; ``u1``,
+            ``u2``, ... if None.
         damping: ratio of each mode to critical damping, added to C.
+        diagonal: whether the coordinates are the modes of the reduced structure, ``mode1`` and so on, of unit mass,
+            kept degrees being sums of them (``Reduced.place``): many modes then cost no more than their number.
 
     Raises:
         StickslipError: matrices that do not fit, a name that none has, more modes than there are, or so few that a
@@ -97,12 +146,39 @@ def reduced(
     omega = np.sqrt(np.maximum(squares, 0.0))
     small_mass, small_dampers, small_stiffness = (basis.T @ (A @ basis) for A in (mass, dampers, stiffness))
     at = range(len(kept), len(kept) + modes)
+    # what the equations above make diagonal, or zero, is so without rounding: every entry costs
+    inside = np.ix_(at, at)
+    small_mass[inside], small_stiffness[inside] = np.eye(modes), np.diag(squares[:modes])
+    across = small_stiffness[: len(kept), len(kept) :]
+    if abs(across).max(initial=0.0) <= _ROUNDED * abs(stiffness).max():
+        across[:] = small_stiffness[len(kept) :, : len(kept)] = 0.0
     small_dampers[at, at] += 2.0 * damping * omega[:modes]
     left_out = float(omega[modes]) if len(omega) > modes else np.inf
     if left_out**2 <= _RIGID * abs(stiffness).max() / abs(mass).max():
         raise StickslipError(f"More than {modes} modes are rigid motions, that nothing holds: take more modes")
     coordinates = (*keep, *(f"mode{k + 1}" for k in range(modes)))
-    return Reduced(small_mass, small_dampers, small_stiffness, coordinates, basis, omega[:modes], left_out)
+    small = Reduced(
+        *(small_mass, small_dampers, small_stiffness, coordinates, basis),
+        *(omega[:modes], left_out, all_names, stiffness),
+    )
+    return _diagonal(small, dampers, damping) if diagonal else small
+
+
+def _diagonal(small: Reduced, dampers: csr_array, damping: float) -> Reduced:
+    """The same motions by their own modes."""
+    from scipy import linalg
+
+    squares, shapes = linalg.eigh(small.K, small.M)
+    omega, basis = np.sqrt(np.maximum(squares, 0.0)), small.basis @ shapes
+    return replace(
+        small,
+        M=np.eye(len(omega)),
+        C=basis.T @ (dampers @ basis) + np.diag(2.0 * damping * omega),
+        K=np.diag(omega**2),
+        names=tuple(f"mode{k + 1}" for k in range(len(omega))),
+        basis=basis,
+        omega=omega,
+    )
 
 
 def _statics(inside: csr_array, across: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -138,24 +214,83 @@ def _modes(mass: csr_array, stiffness: csr_array, count: int) -> tuple[NDArray[n
 def matrices_of(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Any, Any, Any]:
     """Checked and symmetric, sparse; C of zeros if None. StickslipError: a file or matrix that is none, shapes that
     differ, asymmetry, or a mass that is not positive."""
-    from scipy import linalg
-
     mass, stiffness = _symmetric("M", M), _symmetric("K", K)
     dampers = 0.0 * mass if C is None else _symmetric("C", C)
     if not mass.shape == dampers.shape == stiffness.shape:
         raise StickslipError(f"M is {mass.shape}, C {dampers.shape} and K {stiffness.shape}: all must have one size")
-    try:
-        linalg.cholesky(mass.toarray())
-    except linalg.LinAlgError:
-        raise StickslipError("M is not positive definite: each degree of freedom needs a mass") from None
+    if not _is_definite(mass):
+        raise StickslipError("M is not positive definite: each degree of freedom needs a mass")
     return mass, dampers, stiffness
 
 
-def names_of(n: int, names: Sequence[str] | None) -> tuple[str, ...]:
-    """Of degrees of freedom. StickslipError: not one for each."""
-    if names is not None and len(names) != n:
+def _is_definite(matrix: csr_array) -> bool:
+    """Whether a symmetric matrix has positive pivots alone, on the diagonal."""
+    from scipy.sparse.linalg import splu
+
+    if not (matrix.diagonal() > 0.0).all():
+        return False
+    try:
+        options = {"SymmetricMode": True}
+        factor = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+    except RuntimeError:  # exactly singular
+        return False
+    return bool((factor.perm_r == factor.perm_c).all() and (factor.U.diagonal() > 0.0).all())
+
+
+def names_of(n: int, names: Names | None) -> tuple[str, ...]:
+    """Of degrees of freedom, by row. StickslipError: not one for each, or a file that cannot be read."""
+    if names is None:
+        return tuple(f"u{k + 1}" for k in range(n))
+    if isinstance(names, str | os.PathLike):
+        names = _names_from(Path(names))
+    elif isinstance(names, Mapping):
+        if sorted(names.values()) != list(range(len(names))):
+            raise StickslipError(f"Names by row need each of the rows 0 to {len(names) - 1} once")
+        names = sorted(names, key=names.__getitem__)
+    if len(names) != n:
         raise StickslipError(f"There are {len(names)} names for {n} degrees of freedom")
-    return tuple(names) if names is not None else tuple(f"u{k + 1}" for k in range(n))
+    return tuple(names)
+
+
+def _names_from(path: Path) -> list[str]:
+    """Names ``node:direction`` from a file whose lines end in these two, as programs for finite elements list the
+    rows of their matrices; a heading is left out."""
+    try:
+        rows = [re.split(r"[\s,;]+", line.strip()) for line in path.read_text("utf-8").splitlines() if line.strip()]
+    except (OSError, UnicodeDecodeError) as error:
+        raise StickslipError(f"Names cannot be read from {path}: {error}") from None
+    if short := next((row for row in rows if len(row) < 2), None):
+        raise StickslipError(f"{path}: the line '{short[0]}' must end in node and direction, such as 17, uz")
+    return [f"{row[-2]}:{row[-1]}" for row in rows if re.search(r"\d", row[-2])]
+
+
+def identifier(name: str) -> str:
+    """The name of a coordinate for a degree of freedom: what begins with a number is a node.
+
+    >>> identifier("17:uz"), identifier("tip")
+    ('n17_uz', 'tip')
+    """
+    text = re.sub(r"\W", "_", name)
+    return text if text[:1].isalpha() else f"n{text}"
+
+
+def narrow_order(matrix: csr_array) -> list[int]:
+    """The order of rows, of three, in which the fewest entries lie between the first of a row and its diagonal."""
+    from scipy import sparse
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    pattern = sparse.csr_array(matrix != 0)
+    natural = np.arange(pattern.shape[0])  # pyright: ignore[reportOptionalSubscript]
+    by_count = np.argsort(np.diff(pattern.indptr), kind="stable")
+
+    def envelope(order: NDArray[Any]) -> int:
+        rows = sparse.coo_array(pattern[order][:, order])
+        first = natural.copy()
+        np.minimum.at(first, rows.coords[0], rows.coords[1])
+        return int((natural - first).sum())
+
+    orders = [natural, by_count, reverse_cuthill_mckee(pattern, symmetric_mode=True)]
+    return min(orders, key=envelope).tolist()
 
 
 def quadratic(matrix: csr_array, vector: Sequence[Any]) -> sympy.Expr:

@@ -23,7 +23,7 @@ from fmu_models.language.declaration import Body
 from fmu_models.language.derivatives import Derivatives
 from fmu_models.language.friction import Friction
 from fmu_models.language.inertia import inertia_requirements
-from fmu_models.language.matrices import Matrix, matrices_of, names_of, quadratic
+from fmu_models.language.matrices import Matrix, Names, identifier, matrices_of, names_of, narrow_order, quadratic
 from fmu_models.language.quantities import Coordinate, Parameter
 from fmu_models.language.signals import with_signals
 from fmu_models.language.stops import StopLaw
@@ -68,7 +68,7 @@ class Mechanism(Body):
         K: Matrix,
         *,
         name: str,
-        names: Sequence[str] | None = None,
+        names: Names | None = None,
         contacts: Callable[[Mapping[str, Coordinate]], Sequence[Contact]] = lambda q: (),
         applied: Callable[[Mapping[str, Coordinate]], Mapping[Coordinate, sympy.Expr]] = lambda q: {},
         title: str = "Structure given by its matrices",
@@ -83,8 +83,10 @@ class Mechanism(Body):
             M, C, K: (n, n) symmetric, kg, N s/m and N/m: arrays, sparse, or files (.mtx, .npy, file.mat:name); C may be
                 None.
             name, title, source: as of every declaration.
-            names: of the degrees of freedom; ``u1``, ``u2``, ... if None. Velocities are called ``v_<name>``.
-            contacts: from the coordinates by name.
+            names: of the degrees of freedom: in their order, by row from 0 on, or a file whose lines end in node and
+                direction (``17, uz`` names ``17:uz``); ``u1``, ``u2``, ... if None. Coordinates are called so too,
+                ``n17_uz`` of a node, and velocities ``v_<name>``; they stand in an order in which M is narrow.
+            contacts: from the coordinates by the names of their degrees of freedom.
             applied: forces, likewise.
 
         Raises:
@@ -96,7 +98,7 @@ class Mechanism(Body):
             for what, unit in (("mass", "kg"), ("damping", "N s/m"), ("stiffness", "N/m"))
         )
         q = {
-            own: Coordinate(own, "m", f"displacement {own}", velocity=f"v_{own}")
+            own: Coordinate(identifier(own), "m", f"displacement {own}", velocity=f"v_{identifier(own)}")
             for own in names_of(mass.shape[0], names)
         }
         ways, speeds = list(q.values()), [x.v for x in q.values()]
@@ -104,7 +106,7 @@ class Mechanism(Body):
             name=name,
             title=title,
             source=source,
-            coordinates=ways,
+            coordinates=[ways[row] for row in narrow_order(mass)],
             kinetic_energy=kg * quadratic(mass, speeds),
             potential_energy=per_way * quadratic(stiffness, ways),
             dissipation=per_speed * quadratic(dampers, speeds),

@@ -130,7 +130,9 @@ def _(diagram: Diagram) -> list[dict[str, Any]]:
         visible = diagram.shown[d]
         m, r = np.nonzero(np.isfinite(visible))
         words = np.array([diagram.word(d, i) or "none" for i in range(len(diagram.values))], dtype=object)
-        dots = _dots(direction, diagram.values[m], visible[m, r], {"color": SWEEPS[direction], "size": (4, 2)[d]})
+        way, first = diagram.ways[d], diagram.ways[0]
+        marker = {"color": SWEEPS[way], "size": (4, 2)[way != first]}
+        dots = _dots(direction, diagram.values[m], visible[m, r], marker)
         template = f"{diagram.over} = %{{x:{DIGITS}}}<br>{diagram.of} = %{{y:{DIGITS}}}<br>motion %{{customdata}}"
         hover = {"customdata": words[m].tolist(), "hovertemplate": f"{template}<extra>{direction}</extra>"}
         figures.append(dots | hover)

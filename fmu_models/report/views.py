@@ -55,7 +55,8 @@ def _(diagram: Diagram, axes: Axes) -> None:
     the one up. A motion without a period is as dark as its points are dense."""
     from matplotlib.lines import Line2D
 
-    colours = [SWEEPS[direction] if len(diagram.directions) > 1 else "black" for direction in diagram.directions]
+    ways = list(dict.fromkeys(diagram.ways))
+    colours = [SWEEPS[way] if len(ways) > 1 else "black" for way in diagram.ways]
     lowest = _exponents_below(diagram, colours, axes) if diagram.durations.size else axes
     for k, colour in enumerate(colours):
         _dots(diagram, k, colour, axes)
@@ -65,10 +66,7 @@ def _(diagram: Diagram, axes: Axes) -> None:
     axes.set(xlabel="", ylabel=axis_label(shown, diagram.units))
     lowest.set_xlabel(axis_label(diagram.over, diagram.units))
     axes.set_title(diagram.model, fontsize="medium")
-    dots = [
-        Line2D([], [], marker="o", ls="", color=SWEEPS[direction], ms=4, label=f"swept {direction}")
-        for direction in diagram.directions
-    ]
+    dots = [Line2D([], [], marker="o", ls="", color=SWEEPS[way], ms=4, label=f"swept {way}") for way in ways]
     legend = axes.get_legend()
     handles = [*(dots if len(dots) > 1 else []), *(legend.legend_handles if legend else [])]
     if legend:
@@ -95,7 +93,7 @@ def _dots(diagram: Diagram, sweep: int, colour: str, axes: Axes) -> None:
     dense = np.bincount(inverse.ravel(), share)[inverse.ravel()]
     shade = np.where(diagram.periods[sweep][rows] > 0, 1.0, np.minimum(1.0, PALE + np.sqrt(dense)))
     order = np.argsort(shade, kind="stable")
-    size = max(0.7, min(2.2, ACROSS / len(diagram.values))) * (1.0, 0.6)[sweep]
+    size = max(0.7, min(2.2, ACROSS / len(diagram.values))) * (1.0, 0.6)[diagram.ways[sweep] != diagram.ways[0]]
     axes.scatter(
         diagram.values[rows][order],
         heights[order],

@@ -103,7 +103,8 @@ class EngineBackend:
             known=_targets(section, jobs),
             along=_along(section, jobs) if jobs.derivatives else range(jobs.tangents),
             tolerance=section.tolerance,
-            stepper=self.stepper(jobs.beside if jobs.chain > 1 else m),
+            # events of chains come at like times
+            stepper=self.stepper(2 * jobs.beside if jobs.chain > 1 else m),
             **jobs.settings,
         )
 
@@ -130,10 +131,11 @@ class LanesBackend(EngineBackend):
         return f"exact flow, up to {self._all_lanes.lanes} lanes{by_series}"
 
     def stepper(self, motions: int) -> Stepper | None:
-        """That for so many motions at once: empty lanes cost time, and change no bit of the others."""
-        if self._all_lanes is None or motions >= self._all_lanes.lanes:
+        """That for so many motions at once, with half as many lanes: events of few come at other times, and empty lanes
+        cost time. Results have the same bits."""
+        if self._all_lanes is None or motions >= 2 * self._all_lanes.lanes:
             return self._all_lanes
-        return lanes_of(self.fmu).stepper(1 << (motions - 1).bit_length())
+        return lanes_of(self.fmu).stepper(1 << max(motions.bit_length() - 2, 0))
 
     @cached_property
     def _all_lanes(self) -> Stepper | None:

@@ -18,7 +18,7 @@ from fmu_models.fmu.fmu import Fmu
 from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import simulate
 
-NODES = (4, 8, 16, 32)  # between two events
+NODES = (2, 4, 8, 16, 32)  # between two events
 AGREES = 1e-13  # relative difference of two integrals
 
 

@@ -179,9 +179,18 @@ class Differentiator:
         self._allowance = max(1, ALLOWANCE // (4 * (1 + directions.size)))  # a tangent costs as much as four runs
 
     def run(
-        self, request: Request, initial: Mapping[int, float], start_time: float, tolerance: float
+        self,
+        request: Request,
+        initial: Mapping[int, float],
+        start_time: float,
+        tolerance: float,
+        seeds: Vector | None = None,
     ) -> tuple[Result, Vector, Vector, bool]:
         """The run from these start values by reference.
+
+        Args:
+            seeds: (k, n) mixtures of the states, which the first k directions are along instead; nothing may hold at
+                the start.
 
         Returns:
             the run; derivatives of its values (n, m, n_directions) and of the times of its events (k, n_directions);
@@ -200,6 +209,8 @@ class Differentiator:
             start=self._instance.start(initial, start_time, tolerance),
             n_directions=m,
             directions=self._directions.ctypes.data,
+            n_seeds=0 if seeds is None else len(seeds),
+            seeds=None if seeds is None else seeds.ctypes.data,
             derivatives=derivatives.ctypes.data,
             event_derivatives=self._event_derivatives.ctypes.data,
             room=self._room.ctypes.data,

@@ -6,7 +6,8 @@ Per model 256 motions over a range of a parameter, 300 periods; ns per motion an
 take, for every number of lanes that this processor has; what the derivative of each step and all exponents take,
 in parts of that; share of the steps that lanes left to the series; median and largest difference after 10 periods, in
 parts of the largest point. Then what few motions gain that are made in one call: two, as the sweeps of a diagram up and
-down would be, gain a tenth, for their events come at other times, and each fills a vector alone. Last, how much a
+down would be, gain little, for their events come at other times; and what chains gain, sweeps of one parameter from as
+many starts, whose events come at like times. Last, how much a
 single run of 1000 periods could gain at most by the exact flow, with so many samples a period: all that it takes beside
 its steps stays.
 """
@@ -17,6 +18,7 @@ import dataclasses
 import sys
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -79,6 +81,25 @@ def few_motions(repetitions: int) -> None:
         print(f"{name:24} {'   '.join(cells)}", flush=True)
 
 
+def chains(repetitions: int) -> None:
+    """Gain of sweeps from several starts side by side over one after the other."""
+    for name, (forcing, values, varied, (low, high)) in FAMILIES.items():
+        system, cells = Strobe(load(name), forcing=forcing, parameters=values), []
+        swept = np.linspace(low, high, 200)
+        for starts in (1, 2, 4, 8, 16):
+            points = np.repeat(system.start({"x": 0.0, "v": 0.0} if name.endswith("support") else {})[None], starts, 0)
+            points[1:] += np.random.default_rng(0).uniform(0.0, 0.1, points[1:].shape) * system.sizes()
+            how: dict[str, Any] = {"transient": 250, "rows": 50, "longest": 24, "chain": swept.size}
+            alone = Jobs(np.repeat(points, swept.size, 0), {varied: np.tile(swept, starts)}, **how)
+            turn = Jobs(np.tile(points, (swept.size, 1)), {varied: np.repeat(swept, starts)}, beside=starts, **how)
+            after, together = (
+                seconds(lambda one=system, jobs=jobs: one.run(jobs, GO), repetitions) for jobs in (alone, turn)
+            )
+            per_step = 1e9 * together / system.run(turn, GO).steps.sum()
+            cells.append(f"{starts}: {after / together:.2f} ({per_step:.0f} ns)")
+        print(f"{name:24} sweeps {'   '.join(cells)}", flush=True)
+
+
 def single_runs(repetitions: int) -> None:
     """What the exact flow would save of ``simulate``, which takes the series."""
     for name, (forcing, values, _, _) in FAMILIES.items():
@@ -107,10 +128,10 @@ def main(repetitions: int) -> None:
         for width in (8, 4, 2, 1):
             stepper = known.stepper(width)
             if stepper is not None:
-                vars(system)["_lanes"] = stepper
+                vars(system.backend)["stepper"] = lambda _, one=stepper: one
                 taken = 1e9 * seconds(lambda one=system, jobs=jobs: one.run(jobs, GO), repetitions) / work
                 cells.append(f"{width}: {taken:5.0f} ({base / taken:4.1f})")
-        vars(system).pop("_lanes")
+        vars(system.backend).pop("stepper")
         plain, derived, grown = (
             seconds(lambda one=system, jobs=jobs: one.run(jobs, GO), repetitions)
             for jobs in (
@@ -131,4 +152,5 @@ if __name__ == "__main__":
     repetitions = int(sys.argv[1]) if len(sys.argv) > 1 else 5
     main(repetitions)
     few_motions(repetitions)
+    chains(repetitions)
     single_runs(repetitions)

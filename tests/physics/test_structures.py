@@ -11,9 +11,12 @@ import scipy.io
 import scipy.sparse
 import sympy
 from scipy.integrate import solve_ivp
+from scipy.linalg import eigh
 
 from fmu_models import Coulomb, Friction, KelvinVoigt, Mechanism, Parameter, Stop, load, reduced, simulate
 from fmu_models.base.errors import StickslipError
+from fmu_models.codegen.inertia import envelope
+from fmu_models.lowering.lower import lower
 
 EI, RHO_A = 2.0, 3.0  # N m2 and kg/m of a beam of 1 m
 CLAMPED = np.array([1.875104068711961, 4.694091132974175, 7.854757438237613])  # cos(x) cosh(x) = -1
@@ -108,6 +111,109 @@ def test_a_tip_strikes_a_stop_and_a_ring_rubs_as_independent_code_has_it() -> No
     assert x == pytest.approx(ours, abs=1e-9)
 
 
+def test_what_modes_left_out_lack_is_told() -> None:
+    """Of the tip L^3/(3 EI) is the sum of 4 L^3/(EI (beta L)^4) over all modes."""
+    M, K, names = beam(40)
+    roots = [*CLAMPED, *(np.pi * (k - 0.5) for k in range(4, 7))]
+    for modes in (1, 3, 6):
+        lack = 100.0 * (1.0 - 12.0 * sum(root**-4.0 for root in roots[:modes]))
+        assert reduced(M, None, K, modes=modes, names=names).residual("w40") == pytest.approx(lack, rel=1e-3)
+    kept = reduced(M, None, K, modes=2, names=names, keep=["w40"], diagonal=True)
+    assert kept.residual("w40") == pytest.approx(0.0, abs=1e-6) and kept.residual("w7") > 1e-3
+    free = reduced(np.eye(2), None, [[1.0, -1.0], [-1.0, 1.0]], modes=2)
+    with pytest.raises(StickslipError, match="Nothing holds"):
+        free.residual("u1")
+    with pytest.raises(StickslipError, match="'w41'"):
+        kept.residual("w41")
+
+
+def test_modes_of_the_reduced_structure_move_as_it_does() -> None:
+    M, K, names = beam(12)
+    plain = reduced(M, 0.01 * K, K, modes=3, keep=["w6", "w12"], names=names)
+    own = reduced(M, 0.01 * K, K, modes=3, keep=["w6", "w12"], names=names, diagonal=True)
+    assert own.names == ("mode1", "mode2", "mode3", "mode4", "mode5")
+    np.testing.assert_array_equal(own.M, np.eye(5))
+    np.testing.assert_allclose(own.basis.T @ K @ own.basis, own.K, atol=1e-9 * own.K.max())
+    np.testing.assert_allclose(own.C, 0.01 * own.K, atol=1e-9 * own.K.max())
+    flexibility = [r.basis @ np.linalg.solve(r.K, r.basis.T) for r in (plain, own)]
+    np.testing.assert_allclose(*flexibility, rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["ring", "stop"])
+@pytest.mark.parametrize(
+    ("elements", "modes", "stop"), [(10, 6, 0.9), pytest.param(150, 198, 0.06, marks=pytest.mark.nightly)]
+)
+def test_many_modes_rub_and_strike_as_their_own_solutions_have_it(
+    kind: str, elements: int, modes: int, stop: float
+) -> None:
+    """Between events a beam without damping is a sum of harmonic motions about a state of rest."""
+    M, K, names = beam(elements)
+    ring, tip = f"w{elements // 2}", f"w{elements}"
+    r = reduced(M, None, K, modes=modes, keep=[ring, tip], names=names, diagonal=True)
+    np.testing.assert_allclose(r.omega[:3], CLAMPED**2 * np.sqrt(EI / RHO_A), rtol=1e-3 if elements < 20 else 1e-6)
+    at_ring, at_tip = (r.basis[names.index(name)] for name in (ring, tip))
+    rest = np.linalg.solve(r.K, at_tip)
+    assert rest @ at_tip == pytest.approx(1.0 / (3.0 * EI), rel=1e-6)
+    assert rest @ at_ring == pytest.approx(5.0 / (48.0 * EI), rel=1e-6)
+    push, load_ = Parameter("F", 1.0, "N", "force"), Parameter("N_ring", 0.02, "N", "limit of friction")
+    gap, stiff = Parameter("d", 2e-5 if elements > 20 else 0.02, "m", "gap"), Parameter("k_stop", 500.0, "N/m", "k")
+    declared = Mechanism.from_matrices(
+        *(r.M, r.C, r.K),
+        name=f"beam_{kind}",
+        names=r.names,
+        contacts=lambda q: [
+            Friction(name="ring", slip=r.speed(ring, q), law=Coulomb(load_, sympy.S.One))
+            if kind == "ring"
+            else Stop(name="stop", gap=gap - r.place(tip, q), law=KelvinVoigt(k=stiff, c=sympy.S.Zero), release="gap")
+        ],
+        applied=lambda q: {x: push * float(factor) for x, factor in zip(q.values(), at_tip, strict=True)},
+    )
+    kick = dict(zip((f"v_{name}" for name in r.names), 0.1 * at_ring, strict=True))
+    run = simulate(load(declared), stop, start=kick)
+    n = len(r.names)
+    x, t, state = np.concatenate([np.zeros(n), 0.1 * at_ring]), 0.0, int(kind == "ring")
+    times = [*(event.time for event in run.events), stop]
+    states = [*(int(event.after) if kind == "ring" else k % 2 == 0 for k, event in enumerate(run.events)), 0]
+    assert len(run.events) >= 2
+    for time, after in zip(times, states, strict=True):
+        if kind == "ring" and state == 0 and t > 0.0:
+            break  # the solutions below know no stick
+        squares, shapes = eigh(r.K + (500.0 * np.outer(at_tip, at_tip) if kind == "stop" and state else 0.0))
+        force = at_tip - (0.02 * state * at_ring if kind == "ring" else 0.0)
+        force = force + (500.0 * float(gap.value) * at_tip if kind == "stop" and state else 0.0)
+        omega, middle = np.sqrt(squares), shapes.T @ force / squares
+        a, b = shapes.T @ x[:n] - middle, shapes.T @ x[n:] / omega
+        cos, sin = np.cos(omega * (time - t)), np.sin(omega * (time - t))
+        x = np.concatenate([shapes @ (middle + a * cos + b * sin), shapes @ (omega * (b * cos - a * sin))])
+        t, state = time, after
+        # what the run calls an event is one of these solutions
+        slip, depth = at_ring @ x[n:], at_tip @ x[:n] - float(gap.value)
+        assert t == stop or abs(slip if kind == "ring" else depth) < 1e-10
+    else:
+        ours = [run[f"{v}{name}"][-1] for v in ("", "v_") for name in r.names]
+        np.testing.assert_allclose(ours, x, atol=1e-9 * abs(x).max())
+
+
+def test_kept_degrees_stand_last_where_their_mass_is_shared() -> None:
+    """The masses of kept degrees with every mode are rows, not a triangle; names of nodes become names of variables."""
+    M, K, _ = beam(30)
+    nodes = {f"{i // 2 + 1}:{'wt'[i % 2]}": i for i in range(60)}
+    r = reduced(M, None, K, modes=20, keep=["15:w", "30:w"], names=nodes)
+    hold = Parameter("hold", 1.0, "N", "friction")
+    declared = Mechanism.from_matrices(
+        *(r.M, r.C, r.K),
+        name="beam",
+        names=r.names,
+        contacts=lambda q: [Friction(name="f", slip=q["30:w"].v, law=Coulomb(hold, sympy.S.One))],
+    )
+    assert [q.name for q in declared.coordinates][-2:] == ["n15_w", "n30_w"]
+    assert len(envelope(lower(declared))) <= 20 + 21 + 22
+    assert np.count_nonzero(r.K) <= 20 + 4 and np.count_nonzero(r.M) <= 20 + 2 * 2 * 20 + 4
+    # what is banded stays so
+    whole = Mechanism.from_matrices(M, None, K, name="whole", names=nodes)
+    assert len(envelope(lower(whole))) <= 60 * 4
+
+
 def test_files_and_what_does_not_fit(tmp_path: Path) -> None:
     M, K, names = beam(3)
     scipy.io.mmwrite(tmp_path / "M.mtx", scipy.sparse.coo_matrix(M))
@@ -116,6 +222,9 @@ def test_files_and_what_does_not_fit(tmp_path: Path) -> None:
     files = (tmp_path / "M.mtx", tmp_path / "C.npy", f"{tmp_path / 'beam.mat'}:K")
     there, here = reduced(*files, modes=2), reduced(M, 0.1 * K, K, modes=2)
     np.testing.assert_allclose(there.C, here.C, rtol=1e-9)
+    (tmp_path / "rows.csv").write_text("equation, node, dof\n1, 7, uz\n2; 7; rx\n\n3 8 uz\n4 8 rx\n5 9 uz\n6 9 rx\n")
+    assert reduced(*files, modes=1, names=tmp_path / "rows.csv").degrees[:3] == ("7:uz", "7:rx", "8:uz")
+    (tmp_path / "short.csv").write_text("7\n")
     skew = K.copy()
     skew[0, 1] += 1.0
     for arguments, others, message in [
@@ -127,6 +236,9 @@ def test_files_and_what_does_not_fit(tmp_path: Path) -> None:
         ((M, None, K), {"keep": ["w4"], "names": names}, "'w4'.*'w3'"),
         ((M, None, K), {"names": ["w"]}, "1 names for 6"),
         ((M, None, K), {"modes": 7}, "6 modes"),
+        ((M, None, K), {"names": {"a": 0, "b": 2}}, "rows 0 to 1"),
+        ((M, None, K), {"names": tmp_path / "short.csv"}, "node and direction"),
+        ((M, None, K), {"names": tmp_path / "none.csv"}, "cannot be read"),
         ((tmp_path / "N.mtx", None, K), {}, "cannot be read"),
         ((f"{tmp_path / 'beam.mat'}:M", None, K), {}, "holds K"),
         (("beam.txt", None, K), {}, "no .mtx"),

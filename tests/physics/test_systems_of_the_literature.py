@@ -18,6 +18,7 @@ from scipy.linalg import expm
 from scipy.optimize import root, root_scalar
 from some_nightly import some_nightly
 
+from fmu_models import Strobe, branch
 from fmu_models.base import shipped
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.maps import MAPS
@@ -26,7 +27,7 @@ from fmu_models.scene.compute import compare, compute
 from fmu_models.scene.read import read_scene
 from fmu_models.scene.reduce import built_scene
 
-DAILY = ("circle_map", "henon_attractor", "buck_converter")
+DAILY = ("circle_map", "henon_attractor", "buck_converter", "disc_brake")
 SCENES = shipped.files(shipped.LITERATURE)
 
 
@@ -392,6 +393,52 @@ def buck_chaos() -> dict[str, Any]:
     return {"exponent1": largest, "exponent2": np.trace(CIRCUIT) - largest}
 
 
+def brake(mu) -> tuple[Any, Callable[..., Any], Callable[..., Any]]:
+    """Slip and stick are linear flows of (x, y, vx, vy, 1), and a cycle begins where stick ends: the flow in slip, the
+    state there, and what a cycle with one stick lacks."""
+    c, k1, k2, k3, belt = (mp.mpf(text) for text in ("0.1", "11", "20", "11", "0.02"))
+    along, across, onto = mp.mpf(3) / 4 * (k1 + k2), mp.sqrt(3) / 4 * (k2 - k1), (k1 + k2) / 4 + k3
+    press = [-across, -onto, 0, -c, 0]
+    slip = mp.matrix([[0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [-along, mu * k3 - across, -c, 0, mu], press, [0] * 5])
+    stick = mp.matrix([[0, 0, 0, 0, belt], [0, 0, 0, 1, 0], [0] * 5, press, [0] * 5])
+
+    def release(y, vy):
+        return mp.matrix([(mu * (1 + k3 * y) - across * y - c * belt) / along, y, belt, vy, 1])
+
+    def lack(y, vy, sliding, stuck):
+        caught = mp.expm(slip * sliding) * release(y, vy)
+        end = mp.expm(stick * stuck) * caught
+        return [caught[2] - belt, end[0] - release(end[1], end[3])[0], end[1] - y, end[3] - vy]
+
+    return slip, release, lack
+
+
+def disc_brake_squeal() -> dict[str, Any]:
+    slip, release, lack = brake(mp.mpf("0.6"))
+    y, vy, sliding, stuck = mp.findroot(lack, (-0.001, -0.254, 0.825, 0.634))
+    turn = mp.findroot(lambda t: (mp.expm(slip * t) * release(y, vy))[2], 0.2)
+    farthest = (mp.expm(slip * turn) * release(y, vy))[0]
+    return {"period": sliding + stuck, "x_max": farthest, "pad_stick": stuck / (sliding + stuck)}
+
+
+@pytest.mark.nightly
+def test_a_brake_squeals_below_the_threshold_of_its_rest():
+    """Stick-slip and steady sliding are both stable between the fold of the cycles and the Hopf point."""
+    system = Strobe(
+        Fmu.open(built_scene(read_scene("disc_brake_squeal"))), period=1.459, autonomous=True, parameters={"mu": 0.6}
+    )
+    cycles = branch(system, "mu", (0.3, 0.9), start={"x": 0.03}, settle=True)
+    folds = [special.value for special in cycles.special if special.kind == "fold"]
+    with mp.workdps(20):
+
+        def friction(stuck):
+            return mp.findroot(lambda y, vy, slip, mu: brake(mu)[2](y, vy, slip, stuck), (0.046, 0.02, 1.12, 0.406))[3]
+
+        longest = mp.findroot(lambda stuck: mp.diff(friction, stuck, h=1e-5), (0.29, 0.31), tol=1e-6)
+        assert min(folds) == pytest.approx(float(friction(longest)), abs=1e-8)
+    assert max(folds) < 0.4774 and cycles.stable[-1]
+
+
 COMPUTED: dict[str, Callable[..., dict[str, Any]]] = {
     function.__name__: function
     for function in (
@@ -408,6 +455,7 @@ COMPUTED: dict[str, Callable[..., dict[str, Any]]] = {
             den_hartog,
             buck_converter,
             buck_chaos,
+            disc_brake_squeal,
         ),
     )
 }
@@ -435,7 +483,7 @@ def test_computed_values_are_those_of_another_program(name):
 def test_all_that_is_called_computed_is_computed_here():
     computed = [path.stem for path in SCENES if "computed" in path.read_text("utf-8")]
     assert sorted(COMPUTED) == computed
-    assert len(SCENES) == 43 and not {path.stem for path in SCENES} & {*MODELS.names(), *MAPS.names()}
+    assert len(SCENES) == 45 and not {path.stem for path in SCENES} & {*MODELS.names(), *MAPS.names()}
 
 
 def test_each_system_is_short_and_says_where_it_comes_from():

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fmu_models.base.arrays import Complex
-from fmu_models.continuation.problem.problem import Problem, Vector
+from fmu_models.continuation.problem.problem import Problem, Vector, product_of_pairs
 
 # (m, n) multipliers or eigenvalues to (m,) numbers that change their sign where one of them passes something
 Tests = Mapping[str, Callable[[Complex], Complex]]
@@ -60,7 +60,7 @@ def hull(without: Vector, with_it: Vector, q: Vector) -> Complex:
 def _pairs(spectrum: Complex, function: Callable[[Any, Any], Any]) -> Complex:
     n = spectrum.shape[1]
     pairs = [function(spectrum[:, i], spectrum[:, j]) for i in range(n) for j in range(i)]
-    return np.prod(pairs, axis=0) if pairs else np.ones(len(spectrum), complex)
+    return product_of_pairs(np.array(pairs)) if pairs else np.ones(len(spectrum), complex)
 
 
 def _crossings(spectrum_at: Callable[[Vector], Complex], tests: Tests, paired: str) -> dict[str, list[float]]:

@@ -13,7 +13,6 @@ Source: Ascher, Mattheij, Russell, Numerical Solution of Boundary Value Problems
 """
 
 import math
-import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
@@ -26,11 +25,11 @@ from numpy.typing import NDArray
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.pauses import CLEAR, clear_places, held_at_start, is_clear, pauses
 from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
+from fmu_models.continuation.problem.runs import LARGE, Runs
 from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK
 from fmu_models.sections.amounts import Direction
 from fmu_models.sections.strobe import HOW, Strobe, strobe_of
 from fmu_models.simulation import whole_run
-from fmu_models.simulation.engine import engine_of
 
 # a multiplier from which on the period is divided into segments; growth of tangents that one may have then, and from
 # which on they are divided anew
@@ -97,7 +96,7 @@ class FlowProblem(Problem):
         phase: of the start, in periods of the forcing.
         cuts: where segments begin beside the first, in shares of the period of the motion.
         second: name of the other parameter of a curve.
-        kept: the instance of the FMU and what belongs to it, once it is there.
+        kept: what makes the runs, once it is there.
     """
 
     strobe: Strobe
@@ -105,7 +104,7 @@ class FlowProblem(Problem):
     second: str = ""
     phase: float = 0.0
     cuts: tuple[float, ...] = ()
-    kept: list[Any] = field(default_factory=list, repr=False)
+    kept: list[Runs] = field(default_factory=list, repr=False)
 
     @property
     def states(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -145,25 +144,33 @@ class FlowProblem(Problem):
         value = self.strobe.values.get(name)
         return self.strobe.fmu.start_of(name) if value is None else float(value)
 
+    def _runs(self) -> Runs:
+        """What makes the runs."""
+        if not self.kept:
+            self.kept.append(Runs(self.strobe, self.parameters))
+        return self.kept[0]
+
     def _run(
         self, x: Vector, z: Vector, times: Sequence[float]
     ) -> tuple[whole_run.Result, Vector, Vector, bool, whole_run.Passage]:
-        """From states x (n,) at the first of the times, with the parameters of z."""
-        if not self.kept:
-            fmu = self.strobe.fmu
-            engine, variables, names = engine_of(fmu), fmu.variables, (*self.states, *self.parameters)
-            references = np.array([variables[name].valueReference for name in names], np.uint32)
-            instance = engine.take()
-            differentiator = whole_run.Differentiator(engine, instance, references, len(self.states))
-            weakref.finalize(differentiator, engine.give, instance)
-            constants = {variables[name].valueReference: value for name, value in self.strobe.values.items()}
-            self.kept.extend([differentiator, references, constants])
-        differentiator, references, constants = self.kept
-        request = whole_run.Request(np.array(times, dtype=float), references[: len(self.states)])
-        inputs = [*x.tolist(), *self.values(z).values()]
-        initial = {**constants, **dict(zip(references.tolist(), inputs, strict=True))}
-        result, by, by_times, one_sided = differentiator.run(request, initial, times[0], self.strobe.tolerance)
-        return result, by, by_times, one_sided, differentiator.passage
+        """From states x (n,) at the first of the times, with the parameters of z, and its derivatives."""
+        return self._runs().differentiated(x, self.values(z).values(), times)
+
+    def _end(self, x: Vector, z: Vector, times: Sequence[float]) -> Vector:
+        """(n,) states at the last of the times, without derivatives where these are dear."""
+        runs = self._runs()
+        return runs.end(x, self.values(z).values(), times) if runs.large else self._run(x, z, times)[0].values[1]
+
+    def missed(self, z: Vector) -> Vector | None:
+        if not self._runs().large:
+            return None
+        n, start, length = len(self.states), self.span(z)[0], self.length(z)
+        points = z[: self.width].reshape(-1, n)
+        spans = ([start + length * share for share in shares] for shares in pairwise((0.0, *self.cuts, 1.0)))
+        ends = np.array([self._end(x, z, times) for x, times in zip(points, spans, strict=True)])
+        residual = np.append(ends - np.roll(points, -1, axis=0), np.zeros(int(self.autonomous)))
+        residual[self.cyclic] = 0.0
+        return residual
 
     def length(self, z: Vector) -> float:
         """Of the period of the motion at z, s."""
@@ -286,6 +293,7 @@ class FlowProblem(Problem):
         swings, largest = np.ptp(values, axis=1) / 2, np.abs(values).max(axis=1)
         rest = RESTS * largest.max()
         sizes = np.where(swings > rest, swings, np.where(largest > rest, largest, 1.0))
+        sizes *= math.sqrt(max(1.0, len(sizes) / LARGE))  # of many states u changes as much as of a few
         return np.array([*sizes, *([length] if self.autonomous else []), abs(between[1] - between[0])])
 
     def is_rigid(self, contact: str) -> bool:
@@ -332,7 +340,8 @@ class FlowProblem(Problem):
             grows = np.linalg.norm(seen.factors / sizes[:, None] * sizes, 2, axis=(1, 2)).max() > TOO_MUCH
             divides = grows or later or not all(is_clear(share * length, gaps, margin, length) for share in self.cuts)
         else:
-            divides = self.divisible and np.abs(self.spectrum(seen)).max(initial=0.0) > HUGE
+            large = self.divisible and np.linalg.norm(seen.monodromy) > HUGE  # no multiplier is larger than a norm
+            divides = large and np.abs(self.spectrum(seen)).max() > HUGE
         if not divides:
             return self.later(z, seen, later) if later else None
         cuts = self._divided(z, scales, later, clear_places(gaps, margin, length))
@@ -408,7 +417,6 @@ class FlowProblem(Problem):
         x = z[k * n : (k + 1) * n]
         if later == begins[k]:
             return x
-        result, *_ = self._run(x, z, (start + begins[k], start + later))
-        moved = result.values[1]
+        moved = self._end(x, z, (start + begins[k], start + later))
         moved[self.cyclic] = z[self.cyclic]
         return moved

@@ -8,7 +8,7 @@ speed of an impact, the least gap of a miss. Unknowns are measured by their scal
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,12 +16,22 @@ import numpy as np
 
 from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
-from fmu_models.continuation.problem.problem import EVENT, Passing, Problem, Seen, Vector, Word, cyclic
+from fmu_models.continuation.problem.problem import (
+    EVENT,
+    Passing,
+    Problem,
+    Seen,
+    Vector,
+    Word,
+    cyclic,
+    product_of_pairs,
+)
 from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, KINDS, NEIMARK_SACKER
 
 # the residual of a root, in scales, and of one that rounding does not let come nearer
 ROOT, ROUNDED = 1e-13, 1e-9
 STEPS = 12
+SECANT = 1e-7  # residual, in scales, from which Newton's method begins after Broyden's
 # so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
 HALF, SAME = 1e-4, 1e-8
 
@@ -124,8 +134,14 @@ class Node:
         """So far along the tangent."""
         return arclength(self.u, self.tangent, self.scales, distance)
 
-    def corrected(self, guess: Vector, border: Border, **options: Any) -> Node:
-        """The motion near a guess, its tangent in the sense of this one; options as for ``solved``."""
+    def corrected(self, guess: Vector, border: Border, *, near: bool = False, **options: Any) -> Node:
+        """The motion near a guess, its tangent in the sense of this one; options as for ``solved``.
+
+        Args:
+            near: the border does not depend on what is seen, and derivatives are about those here.
+        """
+        if near:
+            guess = _approached(self.problem, self.scales, guess, border, self.seen)
         return solved(self.problem, self.scales, guess, border, towards=self.tangent, **options)
 
     def along(self, gradient: Vector) -> float:
@@ -137,8 +153,9 @@ def passing_test(multipliers: Complex, passes: str) -> float:
     """What changes its sign where a multiplier passes "+1", "-1" or, in a pair, the "circle"."""
     if passes != "circle":
         return float(np.prod(multipliers - (1.0 if passes == "+1" else -1.0)).real)
-    pairs = [multipliers[i] * multipliers[j] for i in range(len(multipliers)) for j in range(i)]
-    return float(np.prod(np.array(pairs) - 1.0).real)
+    rows, columns = np.tril_indices(len(multipliers), -1)
+    factors = multipliers[rows] * multipliers[columns] - 1.0
+    return float(product_of_pairs(factors).real)
 
 
 def scaled(node: Node) -> Vector:
@@ -227,12 +244,41 @@ def solved(
     raise Lost("Newton's method does not converge", nearest)
 
 
+def _approached(problem: Problem, scales: Vector, guess: Vector, border: Border, like: Seen) -> Vector:
+    """A guess of u brought near the motion by Broyden's method, from the derivatives of a neighbour: by runs without
+    tangents, where these are dear. The guess itself where that does not lead there."""
+    u, step, last, update = guess, np.zeros_like(guess), np.inf, 0.0
+    for _ in range(STEPS):
+        try:
+            missed = problem.missed(u * scales)
+        except StickslipError:
+            return guess
+        equations = None if missed is None else _equations(replace(like, residual=missed), scales, u, border)
+        if equations is None:
+            return guess
+        residual, matrix = equations
+        size = float(np.abs(residual).max())
+        if size <= 10.0 * ROOT or size > 0.5 * last:
+            return u if size < SECANT else guess
+        if step.any():
+            update = update - np.outer(residual, step) / (step @ step)
+        step, last = np.linalg.solve(matrix + update, residual), size
+        u = u - step
+    return guess
+
+
 def _evaluated(
     problem: Problem, scales: Vector, u: Vector, border: Border, word: Word | None
 ) -> tuple[Seen, Vector, Vector] | None:
     seen = look(problem, u * scales)
     if seen is None or (word is not None and cyclic(seen.word) != word):
         return None
+    equations = _equations(seen, scales, u, border)
+    return None if equations is None else (seen, *equations)
+
+
+def _equations(seen: Seen, scales: Vector, u: Vector, border: Border) -> tuple[Vector, Vector] | None:
+    """Residual and matrix, the border below; None where that has no value."""
     bound = border(u * scales, seen)
     if bound is None:
         return None
@@ -243,7 +289,7 @@ def _evaluated(
     size = np.abs(gradient).max(axis=1)
     size[size == 0.0] = 1.0
     residual = np.append(seen.residual / rows, value / size)
-    return seen, residual, np.vstack([jacobian, gradient / size[:, None]])
+    return residual, np.vstack([jacobian, gradient / size[:, None]])
 
 
 def arclength(u: Vector, tangent: Vector, scales: Vector, distance: float) -> Border:

@@ -36,12 +36,19 @@ Word = tuple[tuple[str, int, int], ...]
 
 
 EVENT, TIE = -1, 2  # slots of passings that are those of no indicator: an event, the time between two of them
+MANY = 300  # pairs of multipliers
 SAME_TIME = 0.1  # of the period: a passing of a neighbour that is further from this in time is another one
 
 
 def cyclic(word: Word) -> Word:
     """The rotation of a word that comes first: two words are one motion's if these are equal."""
     return min((word[i:] + word[:i] for i in range(len(word))), default=word)
+
+
+def product_of_pairs(factors: Complex) -> Complex:
+    """(...) of factors (k, ...); of many each is brought nearer to 1 in size, for a product that is too small for a
+    number has no sign."""
+    return np.prod(factors / np.maximum(np.abs(factors), 0.1) if len(factors) > MANY else factors, axis=0)
 
 
 @dataclass(frozen=True)
@@ -255,6 +262,14 @@ class Problem(ABC):
         Raises:
             StickslipError: there is none, or it has no derivative.
         """
+
+    def missed(self, z: Vector) -> Vector | None:
+        """The residual at z alone, where that costs far less than its derivatives; else None.
+
+        Raises:
+            StickslipError: there is no run.
+        """
+        return None
 
     def how(self, z: Vector, seen: Seen) -> str:
         """Where motions and derivatives come from, where that is not a matter of course, and how near they are."""

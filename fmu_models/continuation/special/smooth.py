@@ -91,7 +91,7 @@ def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
             # through motions that are too near to one another the polynomial goes astray
             if np.linalg.norm(better - guess) < abs(distance - nearest[0]):
                 guess = better
-        node = before.corrected(guess, before.arclength(distance), word=before.word)
+        node = from_node.corrected(guess, before.arclength(distance), near=True, word=before.word)
         nodes[distance] = node
         return node
 

@@ -232,14 +232,14 @@ class Follower:
         guess = node.u + step * node.tangent
         reached = guess[-1] * node.scales[-1]
         if low <= reached <= high:
-            after = node.corrected(guess, node.arclength(step))
+            after = node.corrected(guess, node.arclength(step), near=True)
             if low <= after.value <= high:
                 return after, step
             reached = after.value  # a curved branch left the range where its tangent did not
         value = min(max(reached, low), high)
         step = (value - node.value) / (node.tangent[-1] * node.scales[-1])
         guess = node.u + step * node.tangent
-        return node.corrected(guess, parameter(value)), step
+        return node.corrected(guess, parameter(value), near=True), step
 
     def _near(self, node: Node, after: Node, step: float) -> bool:
         """Whether the branch has hardly turned on the way."""

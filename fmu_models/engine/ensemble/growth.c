@@ -8,12 +8,7 @@
 
 #include <math.h>
 
-/* less than this is left of a difference only by rounding */
-static const double NOTHING_LEFT = 1e-13;
-/* and of one that a closed or sticking contact, which takes differences away, may have taken */
-static const double TAKEN = 1e-11;
-/* once is enough for what keeps this share */
-static const double MUCH_LEFT = 0.7;
+#include "lane_stepper.h"
 
 double growth_product(const double *a, const double *b, int length)
 {
@@ -36,20 +31,17 @@ static void growth_beside(double *v, const double *before, int k, int apart, int
     }
 }
 
-void growth_orthonormalize(double *vectors, int n, int apart, int length, int always_twice, int losing, double *growth)
+void growth_orthonormalize(double *vectors, int n, int apart, int length, int losing, double *growth)
 {
-    const double least = losing ? TAKEN : NOTHING_LEFT;
+    const double least = losing ? GROWTH_TAKEN : GROWTH_ROUNDING;
     double largest = 1.0; /* they came in as unit vectors */
     for (int k = 0; k < n; k++) {
         double *v = vectors + (long)k * apart;
         const double whole = growth_norm(v, length);
         largest = fmax(largest, whole);
         growth_beside(v, vectors, k, apart, length);
-        double size = growth_norm(v, length);
-        if (always_twice || size < MUCH_LEFT * whole) {
-            growth_beside(v, vectors, k, apart, length);
-            size = growth_norm(v, length);
-        }
+        growth_beside(v, vectors, k, apart, length);
+        const double size = growth_norm(v, length);
         const int lost = !(size > 0.0) || (k > 0 && size <= least * whole) || (losing && size <= least * largest);
         growth[k] *= lost ? 0.0 : size;
         for (int i = 0; i < length; i++)

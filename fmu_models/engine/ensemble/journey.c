@@ -51,7 +51,7 @@ static RunStatus journey_flow(Job *job)
         memcpy(job->directions[k], job->directions[k - 1], sizeof job->directions[k]);
     memset(job->directions[0], 0, sizeof job->directions[0]);
     memcpy(job->directions[0], rates, MODEL_NX * sizeof *rates);
-    growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 1, 0, growth);
+    growth_orthonormalize(job->directions[0], n, EXTENDED, EXTENDED, 0, growth);
     job->speed = growth_norm(rates, MODEL_NX);
     return RUN_OK;
 }
@@ -94,9 +94,13 @@ void journey_differences(Job *job, double speed)
     for (int k = 0; k < n; k++)
         factors[k] = 1.0;
     /* steps by series, and so motions to their last digits, depend on tangents; steps in lanes do not */
-    growth_orthonormalize(job->directions[0], n, EXTENDED, job->length, job->length == EXTENDED, job->walk.losing,
-                          factors);
-    if (e->flow) {
+    growth_orthonormalize(job->directions[0], n, EXTENDED, job->length, job->walk.losing, factors);
+    journey_grown(job, factors, speed);
+}
+
+void journey_grown(Job *job, double *factors, double speed)
+{
+    if (job->e->flow) {
         factors[0] /= speed / job->speed;
         job->speed = speed;
     }

@@ -36,6 +36,8 @@ void journey_make_tangents(const Job *job);
 /* the run has stepped with tangents: the derivative of the step, or their growth, into its row; speed: of the motion now,
    where the first is along it */
 void journey_differences(Job *job, double speed);
+/* the same of differences that are at right angles already, and have grown by these factors */
+void journey_grown(Job *job, double *factors, double speed);
 /* each difference has grown by a factor since it was set at right angles last */
 void journey_grow(Job *job, const double *factors);
 /* the run has made one more step, over a time: rows, repetition and orbits; 1 if it is over, with its outcome */

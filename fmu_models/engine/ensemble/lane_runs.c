@@ -19,7 +19,7 @@
 
 enum {
     LANE_RUNS_TOGETHER = 256,
-    TANGENTS = MODEL_NX * MODEL_NX /* numbers of one motion, at most */
+    TANGENTS = MODEL_NX * (MODEL_NX + 1) /* numbers of the differences of one motion and their growth, at most */
 };
 
 /* what the engine knows of a motion beside its point, from one of its own steps to the next */
@@ -39,7 +39,15 @@ typedef struct {
     int asked[LANE_RUNS_TOGETHER];
     int64_t loaded; /* the run whose numbers the instance has; -1: none */
     int64_t begun;  /* chains of runs */
+    int64_t width;  /* of the stepper, whose differences and their growth these are */
+    double *tangents, *growth;
 } Together;
+
+/* where numbers of a motion begin, so many each: motions of a vector are beside each other */
+static int64_t column_of(const Together *t, int slot, int64_t each)
+{
+    return slot / t->width * t->width * each + slot % t->width;
+}
 
 static int64_t in_lines(int64_t bytes) { return (bytes + 63) / 64 * 64; }
 
@@ -130,13 +138,34 @@ static Outcome bounded(const Ensemble *e, const double *x)
     return OUTCOME_FINISHED;
 }
 
+/* differences of a motion into the room of the stepper, and back */
+static void give_tangents(const Together *t, int slot)
+{
+    const Job *job = &t->job[slot];
+    double *column = t->tangents + column_of(t, slot, job->e->n_directions * MODEL_NX);
+    for (int64_t k = 0; k < job->e->n_directions; k++)
+        for (int i = 0; i < MODEL_NX; i++)
+            column[(k * MODEL_NX + i) * t->width] = job->directions[k][i];
+}
+
+static void take_tangents(Together *t, int slot)
+{
+    Job *job = &t->job[slot];
+    const double *column = t->tangents + column_of(t, slot, job->e->n_directions * MODEL_NX);
+    for (int64_t k = 0; k < job->e->n_directions; k++)
+        for (int i = 0; i < MODEL_NX; i++)
+            job->directions[k][i] = column[(k * MODEL_NX + i) * t->width];
+}
+
 /* one period by series, of a motion that lanes have not decided */
 static Outcome step_by_series(Together *t, int slot)
 {
     Job *job = &t->job[slot];
     if (give(t, slot, &t->motion[slot], 0.0, t->series[slot] ? &t->kept[slot] : NULL) == RUN_ERROR)
         return OUTCOME_BROKEN;
+    take_tangents(t, slot);
     const Outcome outcome = series_step(job);
+    give_tangents(t, slot);
     take(&job->m->core.run, job, &t->motion[slot], &t->kept[slot]);
     t->series[slot] = 1;
     return outcome;
@@ -171,26 +200,26 @@ static int resolve(void *context, int64_t slot, LaneMotion *motion, LaneEvent *e
     return 1;
 }
 
-/* differences of a motion into the room of the stepper, and back after a step that it has made */
-static void give_tangents(const Job *job, double *tangents)
+/* what differences have come to by a step in lanes */
+static void note_tangents(Together *t, int slot)
 {
-    for (int64_t k = 0; k < job->e->n_directions; k++)
-        memcpy(tangents + k * MODEL_NX, job->directions[k], MODEL_NX * sizeof *tangents);
-}
-
-static void take_tangents(Job *job, const LaneMotion *motion, const double *tangents)
-{
-    if (job->e->n_directions == 0) return;
-    for (int64_t k = 0; k < job->e->n_directions; k++)
-        memcpy(job->directions[k], tangents + k * MODEL_NX, MODEL_NX * sizeof *tangents);
-    job->walk.losing = 0;
-    for (int c = 0; c < MODEL_NC; c++)
-        job->walk.losing |= motion->began[c] != job->walk.began[c] && !model_contact_compliant[c];
-    journey_differences(job, motion->speed);
+    Job *job = &t->job[slot];
+    const Ensemble *e = job->e;
+    const double *column = t->growth + column_of(t, slot, e->n_directions);
+    double factors[EXTENDED];
+    if (e->jacobians) {
+        take_tangents(t, slot);
+        journey_differences(job, 0.0);
+        give_tangents(t, slot);
+        return;
+    }
+    for (int64_t k = 0; k < e->n_directions; k++)
+        factors[k] = column[k * t->width];
+    journey_grown(job, factors, t->motion[slot].speed);
 }
 
 /* what comes of the step that a motion has made; 1 if its run is over */
-static int step_made(Together *t, int slot, const double *tangents, Outcome *outcome)
+static int step_made(Together *t, int slot, Outcome *outcome)
 {
     Job *job = &t->job[slot];
     Ensemble *e = job->e;
@@ -203,16 +232,19 @@ static int step_made(Together *t, int slot, const double *tangents, Outcome *out
         *outcome = step_by_series(t, slot);
     }
     if (*outcome != OUTCOME_FINISHED) return 1;
-    if (motion->decided) take_tangents(job, motion, tangents);
+    if (motion->decided && e->n_directions > 0) note_tangents(t, slot);
     memcpy(job->walk.held, motion->held, sizeof motion->held);
     memcpy(job->walk.contact_since, motion->since, sizeof motion->since);
     memcpy(job->walk.began, motion->began, sizeof motion->began);
-    if (e->flow && job->left == 1 && give(t, slot, motion, 0.0, t->series[slot] ? &t->kept[slot] : NULL) == RUN_ERROR) {
-        *outcome = OUTCOME_BROKEN; /* journey_note may begin differences anew along the motion */
+    const int renews = job->left == 1 && e->n_directions > 0; /* journey_note may begin differences anew */
+    if (renews) take_tangents(t, slot);
+    if (renews && e->flow && give(t, slot, motion, 0.0, t->series[slot] ? &t->kept[slot] : NULL) == RUN_ERROR) {
+        *outcome = OUTCOME_BROKEN;
         return 1;
     }
     const Place at = {motion->x, motion->memory, motion->state, 0.0};
     const int over = journey_note(job, &at, e->periods[job->run], outcome);
+    if (renews) give_tangents(t, slot);
     memcpy(motion->held, job->walk.held, sizeof motion->held);
     memcpy(motion->since, job->walk.contact_since, sizeof motion->since);
     memcpy(motion->began, job->walk.began, sizeof motion->began);
@@ -251,6 +283,7 @@ static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *mem
             job->length = MODEL_NX;
             take(r, job, motion, &t->kept[slot]);
             t->series[slot] = 1;
+            give_tangents(t, slot);
             motion->wanted = 1;
             return 1;
         }
@@ -269,11 +302,14 @@ Status lane_runs(Instance *m, Ensemble *e)
     const int64_t chains = ensemble_chains(e);
     const int together = chains < LANE_RUNS_TOGETHER ? (int)chains : LANE_RUNS_TOGETHER;
     double *memory = (double *)(void *)(base + in_lines(sizeof *t));
-    double *tangents = memory
-                       + in_lines(LANE_RUNS_TOGETHER * numbers * (int64_t)sizeof(double)) / (int64_t)sizeof(double);
-    void *room = (char *)tangents + in_lines(LANE_RUNS_TOGETHER * TANGENTS * (int64_t)sizeof(double));
-    const int64_t each = e->n_directions * MODEL_NX;
+    const int64_t size = sizeof *memory;
+    void *room = (char *)memory + in_lines(LANE_RUNS_TOGETHER * numbers * size)
+                 + in_lines(LANE_RUNS_TOGETHER * TANGENTS * size);
     int going = 0;
+    t->width = s->together;
+    t->tangents = memory + in_lines(LANE_RUNS_TOGETHER * numbers * size) / size;
+    t->growth = t->tangents + LANE_RUNS_TOGETHER * e->n_directions * MODEL_NX;
+    memset(t->tangents, 0, (size_t)(LANE_RUNS_TOGETHER * e->n_directions * MODEL_NX * size));
     s->open(room, together);
     t->begun = 0;
     for (int slot = 0; slot < together; slot++) {
@@ -287,15 +323,12 @@ Status lane_runs(Instance *m, Ensemble *e)
             break;
         }
         memset(t->asked, 0, (size_t)together * sizeof *t->asked);
-        for (int slot = 0; slot < together && each > 0; slot++) {
-            if (!t->motion[slot].wanted) continue;
+        for (int slot = 0; slot < together; slot++)
             t->motion[slot].speed = (double)e->flow;
-            give_tangents(&t->job[slot], tangents + slot * each);
-        }
-        s->step(room, t->motion, e->n_directions, tangents, resolve, t);
+        s->step(room, t->motion, e->n_directions, t->tangents, e->jacobians ? NULL : t->growth, resolve, t);
         for (int slot = 0; slot < together; slot++) {
             Outcome outcome;
-            if (!t->motion[slot].wanted || !step_made(t, slot, tangents + slot * each, &outcome)) continue;
+            if (!t->motion[slot].wanted || !step_made(t, slot, &outcome)) continue;
             journey_end(&t->job[slot], outcome);
             if (e->follow) {
                 /* the next begins where this one ended */

@@ -8,7 +8,12 @@
 #include "../model/model.h"
 
 /* changes with this header */
-enum { LANE_STEPPER_VERSION = 3 };
+enum { LANE_STEPPER_VERSION = 4 };
+
+/* of a difference: less than this is left only by rounding, and less than that by a closed or sticking contact, which takes
+   differences away */
+#define GROWTH_ROUNDING 1e-13
+#define GROWTH_TAKEN 1e-11
 
 /* one motion, between two strobes */
 typedef struct {
@@ -44,7 +49,9 @@ typedef struct {
     /* motion `slot` has these parameters and inputs, is strobed every `period`, and the forcing is that from time
        zero on; 0: it is none for lanes */
     int (*place)(void *room, int64_t slot, const double *p, const double *u, double period);
-    /* step all motions that want it, and differences of neighbours along each, tangents[motion][direction][state] */
-    void (*step)(void *room, LaneMotion *motions, int64_t directions, double *tangents, LaneResolve resolve,
-                 void *context);
+    /* step all motions that want it, and differences of neighbours along each, tangents[group][direction][state] of
+       `together` motions each, a vector aligned to its size. With growth[group][direction] these are made orthonormal, as in
+       growth.h, and it says what they have grown by. Those of motions that are not decided stay as they were */
+    void (*step)(void *room, LaneMotion *motions, int64_t directions, double *tangents, double *growth,
+                 LaneResolve resolve, void *context);
 } LaneStepper;

@@ -26,7 +26,7 @@ static void map_set_apart(Job *job, double volume)
     const int n = (int)job->e->n_directions;
     for (int k = 0; k < n; k++)
         factors[k] = 1.0;
-    growth_orthonormalize(job->directions[0], n, EXTENDED, MODEL_NX, 1, 0, factors);
+    growth_orthonormalize(job->directions[0], n, EXTENDED, MODEL_NX, 0, factors);
     if (n == MODEL_NX) {
         double others = 1.0;
         for (int k = 0; k < n - 1; k++)

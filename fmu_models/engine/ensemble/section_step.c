@@ -200,7 +200,7 @@ static RunStatus walk_part(Run *r, Walk *w, Tangents *tangents, int n, double *d
         factors[k] = 1.0;
         if (walk_beside_motion(r, w, d) == RUN_ERROR) return RUN_ERROR;
     }
-    growth_orthonormalize(directions, n, EXTENDED, EXTENDED, 1, w->losing, factors);
+    growth_orthonormalize(directions, n, EXTENDED, EXTENDED, w->losing, factors);
     for (int k = 0; k < n; k++)
         near |= factors[k] < LOST_LENGTH * sizes[k];
     if (!near) return RUN_OK;

@@ -40,6 +40,7 @@
  * MODEL_ND   constants derived from the parameters
  * MODEL_NW   intermediate results that need Taylor coefficients
  * MODEL_NR   of them, reciprocals
+ * MODEL_NH   harmonics of the time
  * MODEL_NM   entries of the mass matrix that are kept, 0 where accelerations need none (model/mass_matrix.h)
  * MODEL_CONSTANT_INERTIA  1 if W and G, and the mass matrix, depend on the parameters alone
  * MODEL_BOUNDED  1 if any contact has a depth
@@ -47,6 +48,7 @@
  * MODEL_RESTS    1 if the resets of any switch may end in rest
  * MODEL_DIRECTED  1 if any contact holds more in one direction than in the other
  * MODEL_REACH  1 if some function may be flat where it is expanded and not beyond (step/reach.h)
+ * MODEL_LINEAR  1 if few states, in every mode, are linear with constant factors (step/linear.c)
  * MODEL_RELEASES  1 if any stop lets go when its force falls to zero
  * MODEL_IMPACTS  rigid contacts
  * MODEL_CONES  friction with two directions (step/cone_forces.c)
@@ -128,6 +130,10 @@ extern const unsigned char
 
 extern const short model_contact_first[MODEL_ROOM(MODEL_NC)]; /* of an array: index of the state of its first element */
 extern const short model_contact_elements[MODEL_ROOM(MODEL_NC)]; /* and how many it has; 0: it is none */
+
+/* the intermediate results that are the phase, sine and cosine of each harmonic */
+extern const short model_angle[MODEL_ROOM(MODEL_NH)], model_sine[MODEL_ROOM(MODEL_NH)],
+    model_cosine[MODEL_ROOM(MODEL_NH)];
 
 /* inputs that are set from outside; signals, which the model drives itself, are behind them */
 enum { MODEL_SET_INPUTS = MODEL_NU - MODEL_NS };

@@ -77,6 +77,28 @@ typedef struct {
     double fastest;             /* speed of impact */
 } Closings;
 
+/* a mode of a model that is linear with constant factors: its series as sums (step/linear.c) */
+enum {
+    LINEAR_MODES = MODEL_LINEAR ? 4 : 1,
+    LINEAR_READ = MODEL_LINEAR ? 4 * NC : 1, /* series of contacts, at most */
+    LINEAR_ENTRIES = MODEL_LINEAR ? (MODEL_NX + 2 * NC) * (MODEL_NX + 2 * MODEL_NH)
+                                  : 1, /* modes of more are not kept */
+    LINEAR_ORDER = 28 /* of their series, whose terms cost little: beyond it the search for events does */
+};
+
+typedef struct {
+    signed char state[NC]; /* of the contacts */
+    int usable;
+    int rows; /* states, and series of contacts */
+    signed char quantity[LINEAR_READ];
+    short contact[LINEAR_READ];
+    unsigned char first[MODEL_NX + LINEAR_READ + 1], last[MODEL_NX + LINEAR_READ]; /* of each row: entry, order */
+    unsigned char column[LINEAR_ENTRIES];
+    double factor[LINEAR_ENTRIES][LINEAR_ORDER];
+    double rate[MODEL_ROOM(MODEL_NH)]; /* of harmonics */
+    double length, power; /* over which its series mostly keep the tolerance; of that, of the last term but one */
+} LinearMode;
+
 typedef struct {
     Tolerances tolerances;
     Point at;       /* where the run is */
@@ -110,6 +132,9 @@ typedef struct {
                                                   of which integrators would see a very stiff approach */
     int segment_rooted; /* its series run in the square root of time */
     double segment_start, segment_length;
+    int segment_linear; /* of its series those that it needs itself are there, by sums of this mode, from 1; else 0 */
+    LinearMode linear[LINEAR_MODES]; /* of these parameters */
+    int linear_count;
     Section section;
     Jets jets;                       /* of the step */
     Jets scratch;                    /* of evaluations at one instant */

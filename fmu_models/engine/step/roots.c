@@ -26,7 +26,7 @@
 #define UNROLLED static inline
 #endif
 
-enum { HALVINGS = 50, QUICK_HALVINGS = 6, LOW = 8 };
+enum { HALVINGS = 50, QUICK_HALVINGS = 6, LOW = 8, HIGH = 12 };
 
 /* value, slope and half the curvature at s, even and odd powers apart: two chains of half the length */
 static double value_and_slopes(const double *c, int n, double s, double *slope, double *bend)
@@ -51,10 +51,16 @@ static double value_and_slopes(const double *c, int n, double s, double *slope, 
 
 double polynomial_value(const double *c, int n, double s)
 {
-    double value = c[n];
-    for (int k = n - 1; k >= 0; k--)
-        value = value * s + c[k];
-    return value;
+    /* every third power apart: chains of a third of the length */
+    const double t = s * s * s;
+    int k = n - n % 3;
+    double first = c[k], second = k < n ? c[k + 1] : 0.0, third = k + 1 < n ? c[k + 2] : 0.0;
+    for (k -= 3; k >= 0; k -= 3) {
+        first = first * t + c[k];
+        second = second * t + c[k + 1];
+        third = third * t + c[k + 2];
+    }
+    return first + s * (second + s * third);
 }
 
 /*
@@ -164,11 +170,11 @@ static int certainly_positive(const double *b, double tail, double slack)
     return lowest - rest > slack + MARGIN * b[0];
 }
 
-/* a point before the root of b - slack in an interval on which b falls, near it; b is positive there */
-static double before_root(const double *b, int n, double slack, double low, double high)
+/* a point before the root of b - slack in an interval on which b falls, near it, from a first guess; b is positive
+   there */
+static double before_root(const double *b, int n, double slack, double low, double high, double s)
 {
     const double NEAR = 1e-3;
-    double s = 0.5 * (low + high);
     for (int i = 0; i < 8; i++) {
         double slope, bend;
         const double value = value_and_slopes(b, n, s, &slope, &bend) - slack;
@@ -193,7 +199,7 @@ UNROLLED double fall_by_order(const double *b, int n, int order, double tail, do
 {
     const double NARROW = 1.5 / (1 << QUICK_HALVINGS);
     const double slopes = n * tail; /* no more than that is the slope of the tail */
-    double stack[QUICK_HALVINGS + 1][2 * LOW + 1];
+    double stack[QUICK_HALVINGS + 1][HIGH + 1];
     double start[QUICK_HALVINGS + 1], width[QUICK_HALVINGS + 1];
     int top = 0;
     to_bernstein(b, order, stack[0]);
@@ -218,8 +224,8 @@ UNROLLED double fall_by_order(const double *b, int n, int order, double tail, do
                 top--;
                 continue;
             }
-            if (slack > 0.0) return before_root(b, n, slack, start[top], end);
             const double across = start[top] + width[top] * beta[0] / (beta[0] - beta[order]);
+            if (slack > 0.0) return before_root(b, order, slack + tail, start[top], end, across);
             return refine(b, n, start[top], end, guess(b, order, start[top], end, across, tail));
         }
         if (width[top] < NARROW) return slack > 0.0 ? start[top] : -2.0;
@@ -238,7 +244,7 @@ static double quick_fall(const double *b, int n, double tail, double slack)
 {
     const double SLOW = 1e-2; /* the tail in parts of the first terms */
     if (n > LOW && tail > SLOW * (fabs(b[0]) + fabs(b[1]) + fabs(b[2])))
-        return fall_by_order(b, n, 2 * LOW, tail_of(b, 2 * LOW, n), slack);
+        return fall_by_order(b, n, HIGH, tail_of(b, HIGH, n), slack);
     return fall_by_order(b, n, LOW, tail, slack);
 }
 
@@ -256,7 +262,7 @@ static void scale(const double *c, int n, double sign, double h, double *b)
     }
     for (int i = 0; k <= n; i++, k++)
         b[k] = c[k] * power[i];
-    for (; k <= 2 * LOW; k++)
+    for (; k <= HIGH; k++)
         b[k] = 0.0;
 }
 

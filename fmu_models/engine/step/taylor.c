@@ -2,6 +2,7 @@
  * One step by Taylor series with dense output.
  *
  *     series:   for k = 0, 1, ...: field(k) from x[0..k];  x[k+1] = rate[k]/(k+1)
+ *               by sums where the mode is linear with constant factors (linear.c); else
  *               stop at the order that the tolerance asks for, or where the terms vanish within the horizon
  *     length:   the last two terms stay below the tolerance times the larger of the first two, so that the result
  *               depends neither on units nor on the steps before; slip speeds count like states, since just after
@@ -20,6 +21,7 @@
 #include "cone_rest.h"
 #include "event_location.h"
 #include "flow.h"
+#include "linear.h"
 #include "reach.h"
 
 /* order per digit of tolerance: measured optimum of cost per time on the stick-slip of the disc rig */
@@ -133,12 +135,19 @@ static int all_open(const Run *r)
     return open;
 }
 
-/* the series; where an impact is near, no further than a little beyond it: limit */
-static int series_to(Run *r, Jets *j, int order, double *limit)
+/* a limit; where an impact is near, no further than a little beyond it */
+static double before_impact(const Run *r, const Jets *j, double limit)
 {
     const double BEYOND = 1.5;
-    const int told = r->at.curved ? MODEL_INPUT_DEGREE + 2 : 3; /* before, terms may vanish that are not the last */
     const double least = 16.0 * DBL_EPSILON * fabs(r->at.time); /* time has to move */
+    if (MODEL_IMPACTS == 0 || !isfinite(limit)) return limit;
+    return fmin(limit, fmax(BEYOND * likely_impact(r, j), least));
+}
+
+/* the series, as far as a limit, which comes nearer where an impact is */
+static int series_to(Run *r, Jets *j, int order, double *limit)
+{
+    const int told = r->at.curved ? MODEL_INPUT_DEGREE + 2 : 3; /* before, terms may vanish that are not the last */
     flow_load(&r->at, j, 0);
     double power = *limit;
     int vanished = 0;
@@ -151,7 +160,7 @@ static int series_to(Run *r, Jets *j, int order, double *limit)
             if (vanished == 2) order = k + 1;
         }
         if (MODEL_IMPACTS > 0 && k == 2 && isfinite(*limit)) {
-            *limit = fmin(*limit, fmax(BEYOND * likely_impact(r, j), least));
+            *limit = before_impact(r, j, *limit);
             power = *limit * *limit * *limit;
         }
         power *= *limit;
@@ -259,7 +268,7 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
                                     order - 1, ask);
         } else if (model_contact_bounded[c]) {
             const int known = r->at.known[c][SLOT_NORMAL] * time_power(r->segment_rooted);
-            if (contact_is_open(r, c)) {
+            if (contact_is_open(r, c) && !r->segment_linear) {
                 near = shorter_length(near, j->depth[c], known, order, ask);
                 length = shorter_length(length, j->depth[c], known, order, ask_for(r, LOG_FAR));
             } else {
@@ -345,10 +354,11 @@ static double cut_reach(Run *r, int order, double h, double natural)
     return reach;
 }
 
-RunStatus taylor_step(Run *r, double limit)
+RunStatus taylor_step(Run *r, double limit, int varied)
 {
     const int full = taylor_order(r);
     const int rooted = r->segment_rooted = taylor_starts_rooted(r);
+    r->segment_linear = 0;
     int order = full;
     if (MODEL_CONES > 0 && cone_rests_at_once(r, limit)) return RUN_OK;
     for (int c = 0; rooted && c < MODEL_NC; c++) {
@@ -362,6 +372,9 @@ RunStatus taylor_step(Run *r, double limit)
     if (rooted) {
         flow_rooted_series(&r->at, &r->jets, full);
         r->evaluations += full;
+    } else if (!varied && (r->segment_linear = linear_series(r, &r->jets))) {
+        order = LINEAR_ORDER;
+        limit = before_impact(r, &r->jets, limit);
     } else {
         order = series_to(r, &r->jets, full, &limit);
     }
@@ -370,7 +383,8 @@ RunStatus taylor_step(Run *r, double limit)
     double h = 0.0, reach = 0.0;
     for (int ended = order < full;; ended = 0) {
         double exact = INFINITY;
-        h = ended ? end : taylor_length(r, &r->jets, order, &exact);
+        h = r->segment_linear ? linear_length(r) : 0.0;
+        if (h == 0.0) h = ended ? end : taylor_length(r, &r->jets, order, &exact);
         /* very fast motions leave the range of numbers at high orders; the lower ones are still good */
         while (!(h > 0.0) && order > LEAST_ORDER)
             h = taylor_length(r, &r->jets, --order, &exact);

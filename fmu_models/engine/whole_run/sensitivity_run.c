@@ -36,6 +36,14 @@ static Status start_tangent(Instance *m, Tangents *tangents, int k, uint32_t ref
     }
 }
 
+static void start_mixture(const Run *r, Tangents *tangents, int k, const double *seed)
+{
+    double direction[MODEL_NX + MODEL_NC + 1] = {0.0};
+    for (int i = 0; i < MODEL_NX; i++)
+        direction[i] = seed[i];
+    tangents_place(r, tangents, k, direction);
+}
+
 static Status start(Instance *m, SensitivityRun *s)
 {
     Tangents *tangents = s->room;
@@ -49,6 +57,8 @@ static Status start(Instance *m, SensitivityRun *s)
         if (start_tangent(m, tangents, k, s->directions[k])) return STATUS_ERROR;
     if (instance_exit_initialization(m, __func__)) return STATUS_ERROR;
     tangents_choose(&m->core.run, tangents);
+    for (int64_t k = 0; k < s->n_seeds; k++)
+        start_mixture(&m->core.run, tangents, (int)k, s->seeds + k * MODEL_NX);
     s->started = 1;
     return STATUS_OK;
 }

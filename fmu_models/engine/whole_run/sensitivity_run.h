@@ -11,6 +11,10 @@ typedef struct {
     /* states, parameters and inputs to differentiate by, at least one */
     int64_t n_directions;
     const uint32_t *directions;
+    /* the first n_seeds directions, which name states, are mixtures seeds[direction * MODEL_NX + state] of states instead;
+       nothing may hold at the start */
+    int64_t n_seeds;
+    const double *seeds;
     /* derivatives[(row * n_values + column) * n_directions + direction], event_derivatives[event * n_directions +
        direction] */
     double *derivatives, *event_derivatives;

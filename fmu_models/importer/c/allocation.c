@@ -19,9 +19,9 @@ static size_t lay_out(Master *m, double *block, size_t inputs, size_t values)
 {
     size_t used = 0;
     const size_t n = (size_t)m->n, slots = (size_t)m->nz + 1;
-    double **vectors[] = {&m->x,     &m->f,     &m->nominal,     &m->before,     &m->x1,
-                          &m->f1,    &m->stage, &m->error,       &m->error_low,  &m->seed,
-                          &m->point, &m->rates, &m->slide.point, &m->slide.check};
+    double **vectors[] = {&m->x,     &m->f,     &m->nominal, &m->before,      &m->x1,
+                          &m->f1,    &m->stage, &m->error,   &m->error_low,   &m->seed,
+                          &m->point, &m->rates, &m->settled, &m->slide.point, &m->slide.check};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
         *vectors[i] = take(block, &used, n);
     m->k = take(block, &used, TABLEAU_STAGES * n);

@@ -5,6 +5,7 @@
 
 Outcome field_at(Master *m, double t, const double *x);                     /* puts the FMU there */
 Outcome field_settled(Master *m, double t, const double *x);                /* and has it compute its rates */
+int field_is_settled(const Master *m, double t, const double *x);           /* is where field_settled put it last */
 Outcome field_values(Master *m, double t, const double *x, double *values); /* recorded variables */
 Outcome field_raw(Master *m, double t, const double *x, double *dx);        /* of the FMU in its present mode */
 Outcome field_indicators(Master *m, double t, const double *x, double *z);  /* the same for its indicators */

@@ -32,9 +32,10 @@ static double random_factor(uint64_t *state)
     return *state >> 32 & 1 ? part : -part;
 }
 
-void jacobian_free(Master *m)
+static void free_numbers(Master *m)
 {
-    pattern_free(&m->pattern);
+    sparse_free(&m->real_factors);
+    sparse_free(&m->complex_factors);
     free(m->jacobian);
     free(m->real_lu);
     free(m->complex_lu);
@@ -42,18 +43,28 @@ void jacobian_free(Master *m)
     m->complex_lu = NULL;
 }
 
+void jacobian_free(Master *m)
+{
+    free_numbers(m);
+    pattern_free(&m->pattern);
+}
+
 static Outcome set_pattern(Master *m, PatternKind kind, const int64_t *start, const int *rows)
 {
+    const Pattern *p = &m->pattern;
+    free_numbers(m);
     int fits = pattern_set(&m->pattern, m->n, start, rows);
-    const int64_t stored = fits ? (int64_t)m->n * m->pattern.band.width : 0;
-    free(m->jacobian);
-    free(m->real_lu);
-    free(m->complex_lu);
+    const int64_t stored = fits && !p->elimination ? (int64_t)m->n * p->band.width : 0;
     fits = fits && stored <= MOST_STORED;
-    m->jacobian = fits ? malloc(((size_t)m->pattern.start[m->n] + 1) * sizeof *m->jacobian) : NULL;
+    m->jacobian = fits ? malloc(((size_t)p->start[m->n] + 1) * sizeof *m->jacobian) : NULL;
     m->real_lu = fits ? malloc(((size_t)stored + 1) * sizeof *m->real_lu) : NULL;
     m->complex_lu = fits ? malloc(((size_t)stored + 1) * sizeof *m->complex_lu) : NULL;
-    if (!m->jacobian || !m->real_lu || !m->complex_lu) {
+    fits = m->jacobian && m->real_lu && m->complex_lu;
+    if (fits && p->elimination) {
+        fits = sparse_new(&m->real_factors, m->n, p->elimination, sizeof(double))
+               && sparse_new(&m->complex_factors, m->n, p->elimination, sizeof(double complex));
+    }
+    if (!fits) {
         jacobian_free(m);
         return field_report(m, RUN_TOO_LARGE, m->t, m->n, (double)stored);
     }
@@ -105,6 +116,7 @@ static Outcome search_pattern(Master *m)
             rows[used++] = i;
         }
         start[j + 1] = used;
+        if (outcome == FINE && used > MOST_STORED) outcome = field_report(m, RUN_TOO_LARGE, m->t, n, (double)used);
     }
     if (outcome == FINE && !(start && rows)) outcome = field_report(m, RUN_TOO_LARGE, m->t, n, (double)used);
     if (outcome == FINE && (missed || !p->start)) {

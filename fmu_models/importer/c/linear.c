@@ -3,10 +3,6 @@
 
 #include <math.h>
 
-#if defined(__clang__) || !defined(__GNUC__) /* gcc does not know it */
-#pragma STDC CX_LIMITED_RANGE ON
-#endif
-
 Band linear_band(int n, int lower, int upper)
 {
     const int64_t width = 2 * (int64_t)lower + upper + 1;

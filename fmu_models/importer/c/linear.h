@@ -8,6 +8,10 @@
 #include <complex.h>
 #include <stdint.h>
 
+#if defined(__clang__) || !defined(__GNUC__) /* gcc does not know it */
+#pragma STDC CX_LIMITED_RANGE ON
+#endif
+
 typedef struct {
     int n, lower, upper;
     int width; /* of a stored row */

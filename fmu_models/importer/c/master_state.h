@@ -5,7 +5,7 @@
 #pragma once
 
 #include "fmi_calls.h"
-#include "pattern.h"
+#include "sparse.h"
 #include "tableau.h"
 #include "tolerances.h"
 
@@ -58,6 +58,7 @@ typedef struct {
     double *x, *f; /* states and derivatives there */
     double *rates; /* that the FMU said last, with what status */
     int rates_status;
+    double *settled; /* states for which it said them, at the time asked; it may have been moved since */
     double *nominal, *before;
     double *u;
     int trial_status, trial_errors; /* the FMU refused trial points */
@@ -92,6 +93,7 @@ typedef struct {
     double *real_lu;    /* band of the pattern */
     double complex *complex_lu;
     int *real_pivot, *complex_pivot;
+    Factors real_factors, complex_factors; /* instead, where the pattern has an order of elimination */
     double *stages_z, *stages_w, *stages_f, *seed;
     double lu_length, newton_rate, last_error, last_length;
     int jacobian_ready, jacobian_fresh, newton_poor, lu_ready, previous_ready;

@@ -6,8 +6,13 @@
  */
 #include "pattern.h"
 
+#include "elimination.h"
+
 #include <stdlib.h>
 #include <string.h>
+
+/* time of a multiplication with an entry that is looked for, in those of a band */
+static const double LOOKING = 2.0;
 
 void pattern_free(Pattern *p)
 {
@@ -117,13 +122,27 @@ static Band band_of(const Pattern *p, int n)
     return linear_band(n, lower, upper);
 }
 
+/* factors by entries instead of by a band, where these are so much fewer that it pays to look for them */
+static void eliminate_sparsely(Pattern *p, const Pattern *rows, int n)
+{
+    const double band = (double)n * p->band.lower * (p->band.lower + p->band.upper);
+    if (p->band.lower < PATTERN_NARROW) return;
+    int *order = p->place + 3 * n;
+    const double most = band / LOOKING;
+    const int64_t *starts[] = {p->start, rows->start};
+    if (elimination_order(n, starts, (const int *[]){p->row, rows->row}, most, order) < 0.0) return;
+    p->elimination = order;
+    for (int i = 0; i < n; i++)
+        p->place[i] = i;
+}
+
 int pattern_set(Pattern *p, int n, const int64_t *start, const int *rows)
 {
     const int64_t entries = start ? start[n] : (int64_t)n * n, full = entries == (int64_t)n * n;
     Pattern made = {0}, across = {0};
     made.start = malloc(((size_t)n + 1) * sizeof *made.start);
     made.row = malloc(((size_t)entries + 1) * sizeof *made.row);
-    made.colour = calloc(4 * (size_t)n + 1, sizeof *made.colour);
+    made.colour = calloc(5 * (size_t)n + 1, sizeof *made.colour);
     int fits = made.start && made.row && made.colour;
     if (fits) {
         made.place = made.colour + n;
@@ -143,10 +162,11 @@ int pattern_set(Pattern *p, int n, const int64_t *start, const int *rows)
         memset(room, 0, 2 * (size_t)n * sizeof *room);
         colour(&made, &across, n, room);
     }
+    if (fits) made.band = band_of(&made, n);
+    if (fits && !full) eliminate_sparsely(&made, &across, n);
     pattern_free(&across);
     pattern_free(p);
     if (!fits) pattern_free(&made);
     *p = made;
-    if (fits) p->band = band_of(p, n);
     return fits;
 }

@@ -32,6 +32,7 @@
 #include "scheduled.h"
 #include "slide.h"
 #include "step.h"
+#include "stiff.h"
 #include "tangent.h"
 #include "ticking.h"
 #include "zeno.h"
@@ -72,7 +73,7 @@ static Outcome arrive(Master *m, double t1, double theta)
     m->t = t1;
     /* not at an event of an indicator: it might be moved back before its zero, and the FMU would not see it */
     Outcome outcome = m->slide.n && !causes.state ? slide_project(m) : FINE;
-    outcome = outcome == FINE ? field_settled(m, m->t, m->x) : outcome;
+    if (outcome == FINE && !field_is_settled(m, m->t, m->x)) outcome = field_settled(m, m->t, m->x);
     if (outcome != FINE)
         return outcome == STOP ? STOP : field_report(m, RUN_FMI_ERROR, m->t, F_SET_STATES, FMI_DISCARD);
     if (m->fmu->completes) {
@@ -147,7 +148,8 @@ static Outcome advance(Master *m)
     Outcome outcome = make_resolved(m, limit, &error, &theta, &change);
     if (outcome != FINE) return outcome;
     const double length = m->length;
-    const double longer = length * step_growth(m, error);
+    const double growth = step_growth(m, error);
+    const double longer = length * (stiff_keeps(m, growth) ? 1.0 : growth);
     if (!m->stiff) m->last_error = fmax(error, 1e-4);
     /* a step cut short by its end says little about the next */
     m->h = length < proposed && length >= 0.5 * limit ? fmax(longer, m->h) : longer;

@@ -39,6 +39,14 @@ static const double ROOT6 = 2.4494897427831781;
 static int factor_both(Master *m, double length)
 {
     const Pattern *p = &m->pattern;
+    const double real_shift = GAMMA / length;
+    const double complex shift = ALPHA / length + BETA / length * I;
+    m->lu_length = length;
+    if (p->elimination) {
+        m->lu_ready = sparse_real_factor(&m->real_factors, p, m->jacobian, real_shift)
+                      && sparse_complex_factor(&m->complex_factors, p, m->jacobian, shift);
+        return m->lu_ready;
+    }
     const size_t entries = (size_t)m->n * (size_t)p->band.width;
     memset(m->real_lu, 0, entries * sizeof *m->real_lu);
     memset(m->complex_lu, 0, entries * sizeof *m->complex_lu);
@@ -51,13 +59,28 @@ static int factor_both(Master *m, double length)
     }
     for (int i = 0; i < m->n; i++) {
         const int64_t at = linear_row(&p->band, i) + i;
-        m->real_lu[at] += GAMMA / length;
-        m->complex_lu[at] += ALPHA / length + BETA / length * I;
+        m->real_lu[at] += real_shift;
+        m->complex_lu[at] += shift;
     }
-    m->lu_length = length;
     m->lu_ready = linear_real_factor(m->real_lu, p->band, m->real_pivot)
                   && linear_complex_factor(m->complex_lu, p->band, m->complex_pivot);
     return m->lu_ready;
+}
+
+static void solve_real(Master *m, double *b)
+{
+    if (m->pattern.elimination)
+        sparse_real_solve(&m->real_factors, b);
+    else
+        linear_real_solve(m->real_lu, m->pattern.band, m->real_pivot, b);
+}
+
+static void solve_complex(Master *m, double complex *b)
+{
+    if (m->pattern.elimination)
+        sparse_complex_solve(&m->complex_factors, b);
+    else
+        linear_complex_solve(m->complex_lu, m->pattern.band, m->complex_pivot, b);
 }
 
 static double collocation(int stage)
@@ -111,8 +134,8 @@ static Outcome iterate(Master *m, double length, double *size)
         pairs[2 * at + 1] = TI[2][0] * f0 + TI[2][1] * f1 + TI[2][2] * f2
                             - (BETA * w[n + i] + ALPHA * w[2 * n + i]) / length;
     }
-    linear_real_solve(m->real_lu, m->pattern.band, m->real_pivot, m->seed);
-    linear_complex_solve(m->complex_lu, m->pattern.band, m->complex_pivot, (double complex *)pairs);
+    solve_real(m, m->seed);
+    solve_complex(m, (double complex *)pairs);
     double sum = 0.0;
     for (int i = 0; i < n; i++) {
         const double part[3] = {m->seed[place[i]], pairs[2 * place[i]], pairs[2 * place[i] + 1]};
@@ -168,7 +191,7 @@ static void filtered_error(Master *m, const double *f, double length)
         const double sum = (-13.0 - 7.0 * ROOT6) * z[i] + (-13.0 + 7.0 * ROOT6) * z[n + i] - z[2 * n + i];
         m->seed[m->pattern.place[i]] = f[i] + sum / (3.0 * length);
     }
-    linear_real_solve(m->real_lu, m->pattern.band, m->real_pivot, m->seed);
+    solve_real(m, m->seed);
     for (int i = 0; i < n; i++)
         m->error[i] = m->seed[m->pattern.place[i]];
 }
@@ -199,6 +222,12 @@ Outcome stiff_try(Master *m, double length, double *error)
     }
     m->newton_poor = iterations > 2 && m->newton_rate > 1e-3;
     return motion_rates(m, m->t + length, m->x1, m->f1);
+}
+
+int stiff_keeps(const Master *m, double growth)
+{
+    const double most = m->pattern.band.lower < PATTERN_NARROW ? 1.2 : 2.0;
+    return m->stiff && m->pattern_kind > PATTERN_FULL && !m->newton_poor && growth >= 1.0 && growth < most;
 }
 
 Outcome stiff_dense(Master *m)

@@ -5,3 +5,5 @@
 
 Outcome stiff_try(Master *m, double length, double *error);
 Outcome stiff_dense(Master *m);
+/* whether the factors of this step are worth more than a next one that is longer by so little */
+int stiff_keeps(const Master *m, double growth);

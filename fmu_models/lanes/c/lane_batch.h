@@ -5,12 +5,14 @@ typedef struct {
     LaneTable *table[LANES_W];
     const LaneMode *mode[LANES_W];
     int64_t slot[LANES_W];
-    int count, before[LANES_W]; /* how many; the mode at the beginning of the batch */
-    M there, released;
+    int count;
+    M wants; /* what each wants next, one of the queues; QUEUES: nothing, or that it is in its group */
+    M released;
     V z[LANES_Z], left, longest;
     V flow[LANES_NF], constant[MODEL_NX], guard[LANES_NR], guard_constant[LANES_NG], wave[LANES_NH];
-    M known[LANES_NG];                 /* how many times over a guard is zero at the start */
-    V tangent[MODEL_NX + 1][MODEL_NX]; /* in pairs */
+    M known[LANES_NG]; /* how many times over a guard is zero now */
+    /* differences, in pairs; at an event by how much later neighbours meet it, and the rates of the harmonics there */
+    V tangent[MODEL_NX + 1][MODEL_NX], later[MODEL_NX], turn[2 * LANES_NH];
 } NAME(Batch);
 
 #include "lane_variation.h"
@@ -32,6 +34,33 @@ static INLINE void NAME(gather_mode)(NAME(Batch) * b)
         EACH(b->guard_constant[g], b->mode[l]->guard_constant[g])
 }
 
+/* what the record of lane l says, into its place of a batch */
+static INLINE void NAME(fetch)(const Pool *pool, NAME(Batch) * b, int l)
+{
+    const Lane *lane = b->lane[l];
+    b->mode[l] = &b->table[l]->mode[lane->mode];
+    for (int j = 0; j < LANES_Z; j++)
+        AT(b->z[j], l) = lane->z[j];
+    AT(b->left, l) = lane->left;
+    for (int g = 0; g < LANES_GUARDS; g++)
+        b->known[g][l] = lane->known[g];
+    for (int n = 0; n < pool->directions; n++)
+        for (int i = 0; i < MODEL_NX; i++)
+            AT(b->tangent[n][i], l) = lane->tangent[n][i];
+}
+
+/* lane l of a batch into its record */
+static INLINE void NAME(keep)(const Pool *pool, const NAME(Batch) * b, int l)
+{
+    Lane *lane = b->lane[l];
+    for (int j = 0; j < LANES_Z; j++)
+        lane->z[j] = b->z[j][l];
+    lane->left = b->left[l];
+    for (int g = 0; g < LANES_GUARDS; g++)
+        lane->known[g] = b->known[g][l];
+    NAME(save_tangents)(pool, b, l);
+}
+
 /* the last of a queue */
 static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
 {
@@ -44,8 +73,7 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
         b->lane[l] = &pool->lanes[slot];
         b->table[l] = &pool->tables[slot];
         b->mode[l] = &b->table[l]->mode[b->lane[l]->mode];
-        b->before[l] = b->lane[l]->mode;
-        b->there[l] = l < b->count ? -1 : 0;
+        b->wants[l] = l < b->count ? which : QUEUES;
     }
     for (int j = 0; j < LANES_Z; j++)
         EACH(b->z[j], b->lane[l]->z[j])
@@ -59,58 +87,53 @@ static INLINE void NAME(gather)(Pool *pool, int which, NAME(Batch) * b)
     NAME(load_tangents)(pool, b);
 }
 
-/* the next batch of a lane, or its group, at home at a point of the grid or at the end of the period */
-static void NAME(pass_on)(Pool *pool, int64_t slot)
+/* those of a batch that want something still, back to the queues */
+static INLINE void NAME(scatter)(Pool *pool, const NAME(Batch) * b)
 {
-    Lane *lane = &pool->lanes[slot];
-    const LaneTable *t = &pool->tables[slot];
-    const LaneMode *mode = &t->mode[lane->mode];
-    if (lane->failed) return;
-    if (lane->left == 0.0) {
-        if (mode->home >= 0 || lane->goal == t->steps) {
-            NAME(to_group)(pool, slot);
-            return;
-        }
-        lane->goal = mode->on_grid ? lane->goal + 1 : t->steps;
-        lane->left = t->h;
-    }
-    pool_queue(pool, slot, !mode->on_grid && lane->left >= mode->longest ? QUEUE_STRIDE : QUEUE_SERIES);
-}
-
-/* the event of guard g in a lane */
-static void NAME(happen)(Pool *pool, int64_t slot, int g, int64_t directions)
-{
-    Fall fall;
-    const LaneTable *t = &pool->tables[slot];
-    Lane *lane = &pool->lanes[slot];
-    const int was_on_grid = t->mode[lane->mode].on_grid;
-    const double before = t->h * lane->goal - lane->left;
-    double time = before;
-    fall.mode = lane->mode;
-    memcpy(fall.z, lane->z, sizeof fall.z);
-    const int told = lane_event(pool, slot, g, &time);
-    if (directions > 0 && !told)
-        lane->failed = 1;
-    else if (directions > 0)
-        tangents_jump(t, lane, &fall, lane->z, g, directions);
-    /* away from home nothing is to be done at the points of the grid */
-    const int on_grid = t->mode[lane->mode].on_grid;
-    if (on_grid != was_on_grid || time != before) {
-        const int next = (int)(time / t->h) + 1;
-        lane->goal = on_grid && next < t->steps ? next : t->steps;
-        lane->left = fmax(t->h * lane->goal - time, 0.0);
+    for (int l = 0; l < b->count; l++) {
+        if (b->wants[l] == QUEUES) continue;
+        NAME(keep)(pool, b, l);
+        pool_queue(pool, b->slot[l], (int)b->wants[l]);
     }
 }
 
-/* lane l of a batch into its record */
-static INLINE void NAME(keep)(const Pool *pool, const NAME(Batch) * b, int l)
+/* what three of four of a batch want next; QUEUES: there is nothing */
+static INLINE int NAME(next)(const NAME(Batch) * b)
+{
+    for (int which = 0; which < QUEUES; which++) {
+        int count = 0;
+        for (int l = 0; l < LANES_W; l++)
+            count += b->wants[l] == which;
+        if (count > 0 && 4 * count >= 3 * b->count) return which;
+    }
+    return QUEUES;
+}
+
+/* what lane l wants after a sub-step; it is handed to its group at home at a point of the grid, or at the end of the
+   period */
+static INLINE void NAME(pass_on)(Pool *pool, NAME(Batch) * b, int l)
 {
     Lane *lane = b->lane[l];
-    for (int j = 0; j < LANES_Z; j++)
-        lane->z[j] = b->z[j][l];
-    lane->left = b->left[l];
-    for (int g = 0; g < LANES_GUARDS; g++)
-        lane->known[g] = b->known[g][l];
-    NAME(save_tangents)(pool, b, l);
-    lane->failed |= ++lane->rounds > LANES_ROUNDS;
+    const LaneTable *t = b->table[l];
+    const LaneMode *mode = b->mode[l];
+    double left = b->left[l];
+    int next = QUEUES;
+    lane->failed |= lane->rounds > LANES_ROUNDS;
+    if (!lane->failed && left == 0.0 && (mode->home >= 0 || lane->goal == t->steps)) {
+        NAME(Group) *g = NAME(group)(pool, b->slot[l]);
+        for (int i = 0; i < MODEL_NX; i++)
+            AT(g->x[i], b->slot[l] % LANES_W) = b->z[i][l];
+        for (int n = 0; n < pool->directions; n++)
+            for (int i = 0; i < MODEL_NX; i++)
+                AT(g->tangent[n][i], b->slot[l] % LANES_W) = b->tangent[n][i][l];
+        NAME(arrive)(pool, g, b->slot[l]);
+    } else if (!lane->failed) {
+        if (left == 0.0) {
+            lane->goal = mode->on_grid ? lane->goal + 1 : t->steps;
+            left = t->h;
+            AT(b->left, l) = left;
+        }
+        next = !mode->on_grid && left >= mode->longest ? QUEUE_STRIDE : QUEUE_SERIES;
+    }
+    b->wants[l] = next;
 }

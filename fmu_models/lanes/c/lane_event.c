@@ -2,7 +2,7 @@
  * What happens to one lane at an event, as in engine/events:
  *
  *     stop     away -> touching from its depth on; touching -> released where its force falls to zero, or away; released
- *              -> touching where it would push again, or away
+ *              -> touching where it would push again, or away; the states of all lanes in lane_stops.h
  *     held, rubbing and rigid contacts: lane_transition.c
  *     switch   the other side, where it is crossed fast enough: lane_fall.h
  *
@@ -29,19 +29,15 @@ static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int
         z[i] -= depth / size * t->depth[c][i];
 }
 
-static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, int64_t *known)
+void lane_stop(LaneTable *t, Lane *lane, int g, double depth, double rate, double time)
 {
     const int c = lanes_guard_contact[g];
     LaneMotion *m = &lane->motion;
     const int before = m->state[c];
-    double plain[LANES_Z];
-    memcpy(plain, z, sizeof plain);
-    for (int i = 0; i < MODEL_NX; i++)
-        plain[i] += t->mode[lane->mode].shift[i];
-    const double rate = row_value(t->approach[c], plain);
+    int64_t *known = lane->known;
+    memset(known, 0, sizeof lane->known);
     if (lanes_guard_slot[g] == GUARD_TANGENTIAL) {
-        const int inside = row_value(t->depth[c], plain) > 0.0;
-        m->state[c] = before == CONTACT_RELEASED ? CONTACT_TOUCHING : inside ? CONTACT_RELEASED : CONTACT_AWAY;
+        m->state[c] = before == CONTACT_RELEASED ? CONTACT_TOUCHING : depth > 0.0 ? CONTACT_RELEASED : CONTACT_AWAY;
         known[m->state[c] == CONTACT_AWAY ? g - 1 : g] = 1;
     } else {
         m->state[c] = before == CONTACT_AWAY ? CONTACT_TOUCHING : CONTACT_AWAY;
@@ -57,8 +53,8 @@ static void stop(LaneTable *t, Lane *lane, double *z, int g, double time, int64_
         m->since[c] = time;
         m->began[c]++;
     }
-    lane_change_mode(t, lane, z);
-    if (before == CONTACT_AWAY) place_on_bound(t, &t->mode[lane->mode], z, c);
+    lane->mode = table_mode(m->state);
+    lane->failed |= !table_at(t, lane->mode)->usable;
 }
 
 /* how many zeros guard g has from now on: of the two margins of stick the nearer one has them, or both without load */
@@ -132,24 +128,16 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
     LaneTable *t = &pool->tables[slot];
     double *z = lane->z;
     int64_t *known = lane->known;
-    const int c = lanes_guard_contact[g];
     signed char falls[LANES_NG];
-    const int before = lane->motion.state[c];
     int alone = 1, decided = 0;
     memset(known, 0, sizeof lane->known);
-    if (t->mode[lane->mode].held_count == 0 && lanes_compliant[c]) {
-        stop(t, lane, z, g, *time, known);
-        return 1;
-    }
+    lane->struck = -1;
     fallen(t, &t->mode[lane->mode], z, g, falls);
     for (int e = 0; e < LANES_GUARDS; e++)
         alone &= e == g || !falls[e];
     if (alone) decided = lane_transition(t, lane, z, g, *time, known);
     if (!decided) ask(pool, slot, z, falls, time, known);
-    /* neighbours come to rest where an impact does, and rub by another friction */
-    const int lands = lanes_impulsive[c] && before == CONTACT_AWAY
-                      && (lanes_partner[c] || lane->motion.state[c] != CONTACT_AWAY);
-    return decided && !lands;
+    return decided;
 }
 
 int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
@@ -159,8 +147,6 @@ int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
     if (!motion->wanted || !t->usable) return 0;
     const int mode = table_mode(motion->state);
     if (mode < 0 || !table_at(t, mode)->usable) return 0;
-    /* of a difference only what leaves a contact held goes on: the engine takes the rest out */
-    if (pool->directions > 0 && t->mode[mode].held_count > 0) return 0;
     lane->motion = *motion;
     lane->mode = mode;
     lane->failed = 0;
@@ -178,12 +164,23 @@ void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
         return;
     }
     double *z = lane->z;
-    memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);
-    held_settle(t, &t->mode[lane->mode], z);
+    const LaneMode *mode = &t->mode[lane->mode];
+    if (mode->held_count > 0) {
+        memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);
+        held_settle(t, mode, z);
+    }
     *motion = lane->motion;
     for (int i = 0; i < MODEL_NX; i++)
-        motion->x[i] = z[i] + t->mode[lane->mode].shift[i];
+        motion->x[i] = z[i] + mode->shift[i];
     for (int c = 0; c < MODEL_NC; c++)
         motion->since[c] -= t->period;
     motion->decided = 1;
+}
+
+int lane_loses(const LaneMotion *from, const LaneMotion *to)
+{
+    int any = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        any |= !lanes_compliant[c] && (to->began[c] != from->began[c] || lane_holds(from->state, c));
+    return any;
 }

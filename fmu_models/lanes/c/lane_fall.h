@@ -2,9 +2,9 @@
    lane_code.h. */
 /* impacts of a batch that are like most: fast enough to rebound, and alone. The lanes in which guards fell and that are not
    among them are returned */
-static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
+static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard, int64_t directions)
 {
-    V value[LANES_NG], rate[LANES_NG], size[LANES_NG];
+    V value[LANES_NG], rate[LANES_NG], size[LANES_NG], push[MODEL_NX];
     V magnitude[LANES_Z], factor[LANES_NR];
     if (!LANES_IMPACTS) return fell;
     V plain;
@@ -19,7 +19,7 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
     LANES_GUARD_SUMS(factor, magnitude, size);
     for (int g = 0; g < LANES_GUARDS; g++) {
         const int c = lanes_guard_contact[g];
-        V e, fastest, push;
+        V e, fastest;
         M hit = fell & (guard == NAME(fill)((double)g));
         if (!lanes_impulsive[c] || lanes_partner[c] || lanes_poisson[c]) continue;
         hit &= plain != NAME(fill)(0.0);
@@ -33,10 +33,11 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard)
                 hit &= NAME(size)(value[other]) > NAME(fill)(LANES_AT_WALL) * size[other];
         const V impulse = rate[g] + e * rate[g];
         for (int i = 0; i < MODEL_NX; i++) {
-            EACH(push, b->table[l]->push[c][i < MODEL_NQ ? MODEL_NQ + i : i])
-            const V moved = b->z[i] - (i < MODEL_NQ ? value[g] : impulse) * push;
+            EACH(push[i], b->table[l]->push[c][i < MODEL_NQ ? MODEL_NQ + i : i])
+            const V moved = b->z[i] - (i < MODEL_NQ ? value[g] : impulse) * push[i];
             b->z[i] = NAME(pick)(hit, moved, b->z[i]);
         }
+        NAME(strike)(b, hit, g, NAME(fill)(1.0) + e, push, directions);
         for (int l = 0; l < LANES_W; l++) {
             if (hit[l]) {
                 LaneMotion *motion = &b->lane[l]->motion;
@@ -93,62 +94,61 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
     return fell;
 }
 
-/* differences of neighbours through the events of some lanes, whose states were others before */
-static __attribute__((noinline)) void NAME(jump)(const Pool *pool, NAME(Batch) * b, const V *before, M fell, V guard)
+/* the event of guard g in lane l, which other rules than those of a batch decide */
+static void NAME(happen)(Pool *pool, NAME(Batch) * b, int l, int g)
 {
-    for (int l = 0; l < b->count; l++) {
-        Lane *lane = b->lane[l];
-        double z[LANES_Z];
-        Fall fall;
-        if (!fell[l]) continue;
-        fall.mode = b->before[l];
-        for (int j = 0; j < LANES_Z; j++) {
-            fall.z[j] = before[j][l];
-            z[j] = b->z[j][l];
-        }
-        NAME(save_tangents)(pool, b, l);
-        tangents_jump(b->table[l], lane, &fall, z, (int)guard[l], pool->directions);
-        for (int n = 0; n < pool->directions; n++)
-            for (int i = 0; i < MODEL_NX; i++)
-                AT(b->tangent[n][i], l) = lane->tangent[n][i];
-    }
+    Fall fall;
+    Lane *lane = b->lane[l];
+    const LaneTable *t = b->table[l];
+    const int was_on_grid = b->mode[l]->on_grid;
+    NAME(keep)(pool, b, l);
+    const double before = t->h * lane->goal - lane->left;
+    double time = before;
+    for (int n = 0; n < pool->directions; n++)
+        fall.later[n] = b->later[n][l];
+    for (int j = 0; j < 2 * LANES_HARMONICS && pool->directions > 0; j++)
+        fall.turn[j] = b->turn[j][l];
+    const int told = lane_event(pool, b->slot[l], g, &time);
+    if (pool->directions > 0 && told) tangents_jump(t, lane, &fall, pool->directions);
+    lane->failed |= pool->directions > 0 && !told;
+    NAME(fetch)(pool, b, l);
+    if (b->mode[l]->on_grid != was_on_grid || time != before) NAME(go_to)(b, l, time);
 }
 
-/* a sub-step in which some guard may fall */
-static __attribute__((noinline)) void NAME(event_batch)(Pool *pool)
+/* a sub-step of some lanes in which some guard may fall */
+static __attribute__((noinline)) void NAME(event)(Pool *pool, NAME(Batch) * b, M some)
 {
-    NAME(Batch) b;
     V y[LANES_ORDER + 1][LANES_Z];
     V q[LANES_NG][LANES_ORDER + 1];
-    V guard, before[LANES_Z];
+    V guard;
     M undecided;
-    NAME(gather)(pool, QUEUE_EVENT, &b);
-    const V h = NAME(least)(b.left, b.longest);
-    NAME(expand)(&b, h, y);
-    NAME(guards)(&b, y, LANES_ORDER, q);
-    NAME(left_now)(&b, q);
+    const V h = NAME(least)(b->left, b->longest);
+    NAME(expand)(b, h, y);
+    NAME(guards)(b, y, LANES_ORDER, q);
+    NAME(left_now)(b, q, some);
     for (int g = 0; g < LANES_GUARDS; g++) {
-        NAME(deflate)(q[g], b.known[g]);
-        b.known[g] = NAME(none)();
+        NAME(deflate)(q[g], b->known[g]);
+        b->known[g] &= ~some;
     }
-    const V u = NAME(search)(q, b.there, &guard, &undecided);
-    NAME(go)(&b, y, h, u);
-    NAME(vary)(&b, h * u, pool->directions);
-    const M fell = b.there & ~undecided & (guard >= NAME(fill)(0.0));
-    if (pool->directions > 0) memcpy(before, b.z, sizeof before);
-    const M special = NAME(switches)(&b, NAME(impacts)(&b, fell, guard), guard);
-    if (pool->directions > 0) NAME(jump)(pool, &b, before, fell & ~special, guard);
-    /* motions whose states are known here go on at once */
-    const M on = b.there & ~undecided & ~special & (b.left > NAME(fill)(0.0));
-    for (int l = 0; l < b.count; l++) {
-        if (on[l]) continue;
-        NAME(keep)(pool, &b, l);
-        b.lane[l]->failed |= undecided[l] != 0;
-        if (special[l]) NAME(happen)(pool, b.slot[l], (int)guard[l], pool->directions);
-        NAME(pass_on)(pool, b.slot[l]);
+    const V u = NAME(search)(q, some, &guard, &undecided);
+    NAME(go)(b, y, h, u, some);
+    NAME(vary)(b, NAME(pick)(some, h * u, NAME(fill)(0.0)), pool->directions);
+    const M fell = some & ~undecided & (guard >= NAME(fill)(0.0));
+    if (pool->directions > 0) undecided |= NAME(meet)(b, fell, guard, pool->directions);
+    M special = NAME(switches)(b, NAME(impacts)(b, fell, guard, pool->directions), guard);
+    const M stopped = NAME(stops)(b, special, guard);
+    special &= ~stopped;
+    if (LANES_SWITCHES && pool->directions > 0) NAME(gather_mode)(b);
+    if (pool->directions > 0) NAME(leave)(b, fell & ~special, pool->directions);
+    /* these go on at once */
+    const M on = some & ~undecided & ~special & ~stopped & (b->left > NAME(fill)(0.0));
+    for (int l = 0; l < b->count; l++) {
+        if (!some[l] || on[l]) continue;
+        b->lane[l]->rounds++;
+        b->lane[l]->failed |= undecided[l] != 0;
+        if (special[l]) NAME(happen)(pool, b, l, (int)guard[l]);
+        NAME(pass_on)(pool, b, l);
     }
-    if (NAME(any)(on)) {
-        if (LANES_SWITCHES) NAME(gather_mode)(&b);
-        NAME(series)(pool, &b, on);
-    }
+    if (LANES_SWITCHES || NAME(any)(special)) NAME(gather_mode)(b);
+    if (NAME(any)(on)) NAME(series)(pool, b, on);
 }

@@ -25,26 +25,9 @@ static void home_step(const LaneTable *t, const Full *f, HomeStep *s)
     }
 }
 
-static void home_powers(const LaneTable *t, HomeStep *s)
-{
-    memcpy(s->power[0], s->step, sizeof s->step);
-    for (int n = 1; n < LANES_POWERS && t->steps >> n; n++) {
-        double half[MODEL_NX][MODEL_NX] = {{0.0}};
-        for (int e = 0; e < LANES_STEP; e++)
-            half[lanes_step_row[e]][lanes_step_column[e]] = s->power[n - 1][e];
-        for (int e = 0; e < LANES_STEP; e++) {
-            double sum = 0.0;
-            for (int k = 0; k < MODEL_NX; k++)
-                sum += half[lanes_step_row[e]][k] * half[k][lanes_step_column[e]];
-            s->power[n][e] = sum;
-        }
-    }
-}
-
 static void home_make(const LaneTable *t, const Full *f, HomeStep *s)
 {
     home_step(t, f, s);
-    home_powers(t, s);
     for (int c = 0; c < LANES_HOME_GUARDS; c++) {
         double bound[MODEL_NX];
         const double *row = f->guard[lanes_home_guard[c]];

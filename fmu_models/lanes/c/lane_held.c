@@ -11,13 +11,15 @@
 /* of the largest entry of G: a pivot below it says that contacts hold the same motion */
 static const double REDUNDANT = 1e-10;
 
-double row_value(const double *row, const double *z)
+double row_sum(const double *row, const double *z, double one)
 {
-    double sum = row[LANES_Z];
+    double sum = row[LANES_Z] * one;
     for (int j = 0; j < LANES_Z; j++)
         sum += row[j] * z[j];
     return sum;
 }
+
+double row_value(const double *row, const double *z) { return row_sum(row, z, 1.0); }
 
 double row_size(const double *row, const double *z)
 {

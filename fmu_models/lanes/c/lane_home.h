@@ -2,7 +2,8 @@
 /* where the motions of a group are: points of the grid are counted so that all end at LANES_GRID */
 typedef struct {
     V x[MODEL_NX];
-    V at[LANES_HOMES]; /* the point where it is at home in this mode; -1: in another, or away */
+    V tangent[MODEL_NX][MODEL_NX]; /* differences of neighbours */
+    V at[LANES_HOMES];             /* the point where it is at home in this mode; -1: in another, or away */
 } NAME(Group);
 
 /* numbers of the steps of a group in one home mode, a column per motion */
@@ -49,39 +50,34 @@ static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int
     }
 }
 
-/* no motion is anywhere: lanes of a group without one compute with whatever is there, to no effect */
+/* no motion is anywhere: lanes of a group without one compute with whatever is
+ * there, to no effect */
 static void NAME(clear_groups)(Pool *pool)
 {
     for (int64_t group = 0; group * LANES_W < pool->motions; group++) {
         NAME(Group) *g = &NAME(home)(pool, group)->group;
         memset(g->x, 0, sizeof g->x);
+        memset(g->tangent, 0, sizeof g->tangent);
         for (int h = 0; h < LANES_HOMES; h++)
             g->at[h] = NAME(fill)(-1.0);
     }
 }
 
-/* a lane is in its mode at its goal, at home or at the end of the period; its states are in the group */
+/* a lane is in its mode at its goal, at home or at the end of the period; its
+ * states are in the group */
 static INLINE void NAME(arrive)(Pool *pool, NAME(Group) * g, int64_t slot)
 {
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
     const int home = t->mode[lane->mode].home;
-    lane->brought = lane->goal;
     if (home < 0) return;
     if (!(lane->settled & 1u << home)) {
         NAME(settle)(pool, slot, home);
         lane->settled |= 1u << home;
     }
-    AT(g->at[home], slot % LANES_W) = LANES_GRID - t->steps + lane->goal;
-}
-
-/* the same with states from its record */
-static void NAME(to_group)(Pool *pool, int64_t slot)
-{
-    NAME(Group) *g = NAME(group)(pool, slot);
-    for (int i = 0; i < MODEL_NX; i++)
-        AT(g->x[i], slot % LANES_W) = pool->lanes[slot].z[i];
-    NAME(arrive)(pool, g, slot);
+    const int at = LANES_GRID - t->steps + lane->goal;
+    AT(g->at[home], slot % LANES_W) = at;
+    pool->earliest = at < pool->earliest ? at : pool->earliest;
 }
 
 /* a lane goes on by itself from point k of its grid */
@@ -90,16 +86,20 @@ static INLINE void NAME(go_alone)(Pool *pool, int64_t slot, int k)
     const LaneTable *t = &pool->tables[slot];
     Lane *lane = &pool->lanes[slot];
     const LaneMode *mode = &t->mode[lane->mode];
+    NAME(Group) *g = NAME(group)(pool, slot);
     for (int j = 0; j < 2 * LANES_HARMONICS; j++)
         lane->z[MODEL_NX + j] = t->phasor[lane_point(k)][j];
     memset(lane->known, 0, sizeof lane->known);
-    tangents_bring(pool, slot, k);
+    for (int n = 0; n < pool->directions; n++)
+        for (int i = 0; i < MODEL_NX; i++)
+            lane->tangent[n][i] = AT(g->tangent[n][i], slot % LANES_W);
     lane->goal = mode->on_grid ? k + 1 : t->steps;
     lane->left = t->h * (lane->goal - k);
     pool_queue(pool, slot, mode->home >= 0 ? QUEUE_EVENT : mode->on_grid ? QUEUE_SERIES : QUEUE_STRIDE);
 }
 
-/* of a group that has come to a point of the grid: lanes that some guard stops */
+/* of a group that has come to a point of the grid: lanes that some guard stops
+ */
 static __attribute__((noinline)) void NAME(from_group)(Pool *pool, int64_t group, M stopped, int at)
 {
     NAME(Group) *g = NAME(group)(pool, group * LANES_W);
@@ -115,37 +115,47 @@ static __attribute__((noinline)) void NAME(from_group)(Pool *pool, int64_t group
     }
 }
 
-/* one step of the grid of a group */
+/* one step of the grid of a group: all of it, and back for those that a guard
+   stops: the next step waits for no comparison */
 static INLINE void NAME(advance)(Pool *pool, int64_t group, int at)
 {
     NAME(Home) *all = NAME(home)(pool, group);
     NAME(Group) *g = &all->group;
-    M stopped = NAME(none)();
     for (int home = 0; home < LANES_HOMES; home++) {
         const NAME(HomeColumns) *s = &all->columns[home];
-        V next[MODEL_NX], g0[LANES_NHG], g1[LANES_NHG], bound[LANES_NHG], size[MODEL_NX];
+        V x[MODEL_NX], next[MODEL_NX], g0[LANES_NHG], g1[LANES_NHG], bound[LANES_NHG], size[MODEL_NX];
         const M here = g->at[home] == NAME(fill)((double)at);
-        M clear = here;
+        M stopped = NAME(none)();
         if (!NAME(any)(here)) continue;
         for (int i = 0; i < MODEL_NX; i++) {
+            x[i] = g->x[i];
             next[i] = s->at[lane_point(at)].forced[i];
-            size[i] = NAME(size)(g->x[i]);
+            size[i] = NAME(size)(x[i]);
         }
-        LANES_STEP_SUMS(s->step, g->x, next);
+        LANES_STEP_SUMS(s->step, x, next);
+        for (int i = 0; i < MODEL_NX; i++)
+            g->x[i] = NAME(pick)(here, next[i], x[i]);
+        g->at[home] = NAME(pick)(here, NAME(fill)((double)(at + 1)), g->at[home]);
         for (int c = 0; c < LANES_HOME_GUARDS; c++) {
             g0[c] = s->at[lane_point(at)].guard_constant[c];
             g1[c] = s->at[lane_point(at + 1)].guard_constant[c];
             bound[c] = s->bound_constant[c];
         }
-        LANES_HOME_SUMS(s->guard, g->x, g0);
+        LANES_HOME_SUMS(s->guard, x, g0);
         LANES_HOME_SUMS(s->guard, next, g1);
         LANES_BOUND_SUMS(s->bound, size, bound);
         for (int c = 0; c < LANES_HOME_GUARDS; c++)
-            clear &= NAME(least)(g0[c], g1[c]) > bound[c];
+            stopped |= here & ~(NAME(least)(g0[c], g1[c]) > bound[c]);
+        for (int n = 0; n < pool->directions; n++) {
+            for (int i = 0; i < MODEL_NX; i++)
+                next[i] = NAME(fill)(0.0);
+            LANES_STEP_SUMS(s->step, g->tangent[n], next);
+            for (int i = 0; i < MODEL_NX; i++)
+                g->tangent[n][i] = NAME(pick)(here & ~stopped, next[i], g->tangent[n][i]);
+        }
+        if (!NAME(any)(stopped)) continue;
         for (int i = 0; i < MODEL_NX; i++)
-            g->x[i] = NAME(pick)(clear, next[i], g->x[i]);
-        g->at[home] = NAME(pick)(clear, NAME(fill)((double)(at + 1)), g->at[home]);
-        stopped |= here & ~clear;
+            g->x[i] = NAME(pick)(stopped, x[i], g->x[i]);
+        NAME(from_group)(pool, group, stopped, at);
     }
-    if (NAME(any)(stopped)) NAME(from_group)(pool, group, stopped, at);
 }

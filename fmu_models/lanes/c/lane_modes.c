@@ -311,6 +311,9 @@ static void mode_make(LaneTable *t, int mode)
         sign[c] = abs(m->state[c]) == 1 ? m->state[c] : 0.0;
     lanes_rows(t->p, t->u, sign, &r);
     const int wall = mode_shift(&r, m);
+    m->walled = 0;
+    for (int i = 0; i < MODEL_NQ; i++)
+        m->walled |= m->shift[i] != 0.0;
     full_flow(&r, m, wall, f);
     m->usable = held_make(&r, t->wave, m, f, &held);
     for (int g = 0; g < LANES_GUARDS; g++) {

@@ -101,14 +101,16 @@ static INLINE V NAME(bend_rest)(const V *q)
     return rest[0] + rest[1];
 }
 
-/* lanes in which a guard may fall on [0, 1], by Bernstein's coefficients of its first terms */
-static INLINE M NAME(may_fall)(const V *q, V rest2)
+/* lanes in which a guard may fall on [0, to], by Bernstein's coefficients of its first terms */
+static INLINE M NAME(may_fall)(const V *q, V rest2, V to)
 {
-    const V third = NAME(fill)(1.0 / 3.0);
-    const V b2 = q[0] + third * (q[1] + q[1] + q[2]);
-    const V b3 = q[0] + q[1] + q[2] + q[3];
-    const V low = NAME(least)(NAME(least)(q[0], q[0] + third * q[1]), NAME(least)(b2, b3));
-    return ~(low > NAME(fill)(1.0 / 12.0) * rest2);
+    const V third = to * NAME(fill)(1.0 / 3.0);
+    const V square = to * to;
+    const V b1 = q[0] + third * q[1];
+    const V b2 = b1 + third * (q[1] + to * q[2]);
+    const V b3 = q[0] + to * (q[1] + to * q[2]) + square * to * q[3];
+    const V low = NAME(least)(NAME(least)(q[0], b1), NAME(least)(b2, b3));
+    return ~(low > NAME(fill)(1.0 / 12.0) * (square * square) * rest2);
 }
 
 /*
@@ -175,7 +177,8 @@ static INLINE V NAME(guard_falls)(const V *q, V rest2, M open, M *longer)
 }
 
 /* the earliest fall of all guards in lanes `left`; lanes that are not decided are marked. Most lanes have one guard that
-   may fall at all: these are searched at once, then the second ones */
+   may fall at all: these are searched at once, then others that may fall before; the last one first, for a stop lets go
+   before its bound is left */
 static INLINE V NAME(earliest_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M *longer)
 {
     V rest[LANES_NG];
@@ -184,15 +187,15 @@ static INLINE V NAME(earliest_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M
     *which = NAME(fill)(-1.0);
     for (int g = 0; g < LANES_GUARDS; g++) {
         rest[g] = NAME(bend_rest)(q[g]);
-        open[g] = left & NAME(may_fall)(q[g], rest[g]);
+        open[g] = left & NAME(may_fall)(q[g], rest[g], NAME(fill)(1.0));
     }
     for (int round = 0; round < LANES_GUARDS; round++) {
         V one[LANES_ORDER + 1];
-        V bend = rest[LANES_NG - 1];
-        V guard = NAME(fill)((double)(LANES_NG - 1));
-        M any = open[LANES_NG - 1];
-        memcpy(one, q[LANES_NG - 1], sizeof one);
-        for (int g = LANES_NG - 2; g >= 0; g--) {
+        V bend = rest[0];
+        V guard = NAME(fill)(0.0);
+        M any = open[0];
+        memcpy(one, q[0], sizeof one);
+        for (int g = 1; g < LANES_GUARDS; g++) {
             guard = NAME(pick)(open[g], NAME(fill)((double)g), guard);
             bend = NAME(pick)(open[g], rest[g], bend);
             for (int k = 0; k <= LANES_ORDER; k++)
@@ -204,8 +207,11 @@ static INLINE V NAME(earliest_fall)(V (*q)[LANES_ORDER + 1], M left, V *which, M
         const M sooner = (at < first);
         *which = NAME(pick)(sooner, guard, *which);
         first = NAME(pick)(sooner, at, first);
-        for (int g = 0; g < LANES_GUARDS; g++)
+        for (int g = 0; g < LANES_GUARDS - 1; g++) {
             open[g] &= (guard != NAME(fill)((double)g));
+            if (NAME(any)(open[g])) open[g] &= NAME(may_fall)(q[g], rest[g], NAME(least)(first, NAME(fill)(1.0)));
+        }
+        open[LANES_NG - 1] = NAME(none)();
     }
     return first;
 }

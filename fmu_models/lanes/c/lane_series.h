@@ -54,31 +54,12 @@ static INLINE void NAME(guards)(const NAME(Batch) * b, V (*y)[LANES_Z], int to, 
     }
 }
 
-/* values of the guards of a batch, and their rates along the flow */
-static INLINE void NAME(guard_line)(const NAME(Batch) * b, const V *z, V *value, V *rate)
-{
-    V along[LANES_Z];
-    LANES_FLOW(b->flow, z, along);
-    for (int i = 0; i < MODEL_NX; i++)
-        along[i] += b->constant[i];
-    for (int j = 0; j < LANES_HARMONICS; j++) {
-        along[MODEL_NX + 2 * j] = -(b->wave[j] * z[MODEL_NX + 2 * j + 1]);
-        along[MODEL_NX + 2 * j + 1] = b->wave[j] * z[MODEL_NX + 2 * j];
-    }
-    for (int g = 0; g < LANES_GUARDS; g++) {
-        value[g] = b->guard_constant[g];
-        rate[g] = NAME(fill)(0.0);
-    }
-    LANES_GUARD_SUMS(b->guard, z, value);
-    LANES_GUARD_SUMS(b->guard, along, rate);
-}
-
 /* guards that have been left just now are known to be zero */
-static INLINE void NAME(left_now)(NAME(Batch) * b, V (*q)[LANES_ORDER + 1])
+static INLINE void NAME(left_now)(NAME(Batch) * b, V (*q)[LANES_ORDER + 1], M some)
 {
     const V zero = NAME(fill)(0.0);
     for (int g = 0; g < LANES_GUARDS; g++)
-        b->known[g] -= (b->known[g] == NAME(none)()) & (q[g][0] == zero) & (q[g][1] > zero);
+        b->known[g] -= (b->known[g] == NAME(none)()) & (q[g][0] == zero) & (q[g][1] > zero) & some;
 }
 
 /* a stop that has let go and is left on the way: nothing changes but its guards. Lanes in which its guard g falls all the
@@ -130,7 +111,7 @@ static INLINE M NAME(doubtful)(const NAME(Batch) * b, V h, V (*q)[LANES_ORDER + 
         }
         found |= falls;
     }
-    return found & b->there;
+    return found;
 }
 
 /* without the roots at the start that are known; what stays at zero falls nowhere */
@@ -151,8 +132,8 @@ static INLINE void NAME(deflate)(V *q, M known)
             q[k] = NAME(pick)(always, NAME(fill)(k == 0 ? 1.0 : 0.0), q[k]);
 }
 
-/* states and time at a place u of the sub-step */
-static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u)
+/* some lanes to a place u of the sub-step */
+static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u, M some)
 {
     const M whole = (u == NAME(fill)(1.0)) & (h == b->left);
     /* even and odd orders apart: two short chains */
@@ -163,54 +144,33 @@ static INLINE void NAME(go)(NAME(Batch) * b, V (*y)[LANES_Z], V h, V u)
         LANES_UNROLL
         for (int n = LANES_ORDER; n >= 0; n--)
             if (n <= first) part[n % 2] = n >= first - 1 ? y[n][j] : part[n % 2] * square + y[n][j];
-        b->z[j] = first > 0 ? part[0] + u * part[1] : part[0];
+        b->z[j] = NAME(pick)(some, first > 0 ? part[0] + u * part[1] : part[0], b->z[j]);
     }
-    b->left = NAME(pick)(whole, NAME(fill)(0.0), b->left - h * u);
-    b->left = NAME(most)(b->left, NAME(fill)(0.0));
+    const V left = NAME(most)(b->left - h * u, NAME(fill)(0.0));
+    b->left = NAME(pick)(some, NAME(pick)(whole, NAME(fill)(0.0), left), b->left);
 }
 
-/* a sub-step of some lanes in which probably no guard falls; where one may they are queued for events */
-static INLINE void NAME(series)(Pool *pool, NAME(Batch) * b, M wanted)
+/* a sub-step of some lanes in which probably no guard falls; where one may they want an event */
+static __attribute__((noinline)) void NAME(series)(Pool *pool, NAME(Batch) * b, M some)
 {
     V y[LANES_ORDER + 1][LANES_Z];
     V q[LANES_NG][LANES_ORDER + 1];
     const V h = NAME(least)(b->left, b->longest);
     NAME(expand)(b, h, y);
     NAME(guards)(b, y, 3, q);
-    NAME(left_now)(b, q);
+    NAME(left_now)(b, q, some);
     V gone = NAME(fill)(-1.0);
-    const V left = b->left;
     const M open = NAME(doubtful)(b, h, q, &gone);
-    NAME(go)(b, y, h, NAME(fill)(1.0));
-    NAME(vary)(b, NAME(pick)(open, NAME(fill)(0.0), h), pool->directions);
-    b->left = NAME(pick)(open, left, b->left);
-    for (int j = 0; j < LANES_Z; j++)
-        b->z[j] = NAME(pick)(open, y[0][j], b->z[j]);
+    const M made = some & ~open;
+    NAME(go)(b, y, h, NAME(fill)(1.0), made);
+    NAME(vary)(b, NAME(pick)(made, h, NAME(fill)(0.0)), pool->directions);
     for (int g = 0; g < LANES_GUARDS; g++)
-        b->known[g] &= open;
+        b->known[g] &= ~made;
+    b->wants = NAME(choose)(some & open, NAME(none)() + QUEUE_EVENT, b->wants);
+    NAME(stops)(b, made, gone);
     for (int l = 0; l < b->count; l++) {
-        if (!wanted[l]) continue;
-        if (!open[l] && b->left[l] == 0.0 && gone[l] < 0.0 && b->mode[l]->home >= 0 && !b->lane[l]->failed) {
-            NAME(Group) *g = NAME(group)(pool, b->slot[l]);
-            for (int i = 0; i < MODEL_NX; i++)
-                AT(g->x[i], b->slot[l] % LANES_W) = b->z[i][l];
-            NAME(save_tangents)(pool, b, l);
-            NAME(arrive)(pool, g, b->slot[l]);
-            continue;
-        }
-        NAME(keep)(pool, b, l);
-        if (open[l]) {
-            pool_queue(pool, b->slot[l], QUEUE_EVENT);
-            continue;
-        }
-        if (gone[l] >= 0.0) NAME(happen)(pool, b->slot[l], (int)gone[l], 0);
-        NAME(pass_on)(pool, b->slot[l]);
+        if (!some[l]) continue;
+        b->lane[l]->rounds++;
+        if (!open[l]) NAME(pass_on)(pool, b, l);
     }
-}
-
-static __attribute__((noinline)) void NAME(series_batch)(Pool *pool)
-{
-    NAME(Batch) b;
-    NAME(gather)(pool, QUEUE_SERIES, &b);
-    NAME(series)(pool, &b, b.there);
 }

@@ -28,8 +28,7 @@ enum {
     LANES_NHG = MODEL_ROOM(LANES_HOME_GUARDS),
     /* steps of the grid, at most, and of how many points there are numbers: those of what nothing forces are all alike */
     LANES_GRID = LANES_HARMONICS > 0 ? 128 : 4096,
-    LANES_POINTS = LANES_HARMONICS > 0 ? LANES_GRID + 1 : 1,
-    LANES_POWERS = LANES_HARMONICS > 0 ? 8 : 13 /* of two, up to that */
+    LANES_POINTS = LANES_HARMONICS > 0 ? LANES_GRID + 1 : 1
 };
 
 /* which numbers those of point k of the grid are */
@@ -61,6 +60,8 @@ typedef struct {
     int on_grid;     /* its flow is that of a home mode */
     int crossed[NC]; /* the mode on the other side of a switch */
     int plain;       /* an impact of a smooth wall changes nothing but velocities */
+    int held_count;  /* contacts that forces hold */
+    int walled;      /* its origin lies on the wall of a stop */
     double rate, longest;
     double shift[MODEL_NX];
     double flow[LANES_NF], constant[MODEL_NX];
@@ -69,16 +70,15 @@ typedef struct {
     double tail[LANES_NG][MODEL_NX], tail_constant[LANES_NG];
     /* away from home: states and harmonics after the longest sub-step */
     double stride[MODEL_NX][LANES_Z + 1], turn[2 * LANES_NH];
-    /* contacts that forces hold, and what a slip speed of one, or its depth in a wall, adds to the states so that it has
+    /* those contacts, and what a slip speed of one, or its depth in a wall, adds to the states so that it has
        none */
-    int held_count, held[NC];
+    int held[NC];
     double no_slip[NC][MODEL_NX], on_wall[NC][MODEL_NX];
     Full full;
 } LaneMode;
 
 typedef struct {
     double step[LANES_STEP], forced[LANES_POINTS][MODEL_NX];
-    double power[LANES_POWERS][LANES_STEP]; /* 1, 2, 4, ... steps, without what is forced */
     double guard[LANES_NHOME], guard_constant[LANES_POINTS][LANES_NHG];
     double bound[LANES_NBOUND], bound_constant[LANES_NHG];
 } HomeStep;

@@ -1,18 +1,16 @@
-/* Differences of neighbours along the motion of one lane: its steps at home, and its events (lane_tangents.c). */
+/* Differences of neighbours along the motion of one lane, where it goes on by itself. */
 #pragma once
 
 #include "pool.h"
 
-/* where a lane was when a guard fell: mode, and states from its origin with harmonics */
+/* where a guard of a lane falls: by how much later neighbours meet it, and the rates of the harmonics */
 typedef struct {
-    int mode;
-    double z[LANES_Z];
+    double later[MODEL_NX], turn[2 * LANES_NH];
 } Fall;
 
-/* at the strobe where a period begins, and where it ends: there the speed of the motion too */
-void tangents_begin(const Pool *pool, int64_t slot);
-void tangents_end(const Pool *pool, int64_t slot);
-/* by the steps at home that it has made since, up to point k of the grid */
-void tangents_bring(const Pool *pool, int64_t slot, int k);
-/* through the event of guard g, from the fall to z */
-void tangents_jump(const LaneTable *t, Lane *lane, const Fall *fall, const double *z, int g, int64_t directions);
+/* what leaves contacts held goes on: the rest is taken out */
+void tangents_held(const LaneTable *t, Lane *lane, int64_t directions);
+/* from where neighbours meet a guard, through the event that the lane has just had */
+void tangents_jump(const LaneTable *t, Lane *lane, const Fall *fall, int64_t directions);
+/* the speed of the motion at the end of a period, if it is wanted */
+void tangents_end(const LaneTable *t, Lane *lane);

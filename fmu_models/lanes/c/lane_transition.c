@@ -86,18 +86,8 @@ static void note(Lane *lane, int c, int after, int struck, double time)
     m->began[c] += rigid ? !held : holds && !held;
 }
 
-/* the lane goes on in these states; struck: a rigid contact that has had an impact, -1: none */
-static void take(LaneTable *t, Lane *lane, double *z, const signed char *state, int struck, double time)
-{
-    for (int c = 0; c < MODEL_NC; c++) {
-        note(lane, c, state[c], c == struck, time);
-        lane->motion.state[c] = state[c];
-    }
-    lane_change_mode(t, lane, z);
-    held_settle(t, &t->mode[lane->mode], z);
-}
-
-void lane_change_mode(LaneTable *t, Lane *lane, double *z)
+/* the lane is in a mode with other states of contacts from now on: z from its origin */
+static void change_mode(LaneTable *t, Lane *lane, double *z)
 {
     const LaneMode *from = &t->mode[lane->mode];
     lane->mode = table_mode(lane->motion.state);
@@ -105,6 +95,17 @@ void lane_change_mode(LaneTable *t, Lane *lane, double *z)
     for (int i = 0; i < MODEL_NX; i++)
         z[i] = (z[i] + from->shift[i]) - to->shift[i];
     lane->failed |= !to->usable;
+}
+
+/* the lane goes on in these states; struck: a rigid contact that has had an impact, -1: none */
+static void take(LaneTable *t, Lane *lane, double *z, const signed char *state, int struck, double time)
+{
+    for (int c = 0; c < MODEL_NC; c++) {
+        note(lane, c, state[c], c == struck, time);
+        lane->motion.state[c] = state[c];
+    }
+    change_mode(t, lane, z);
+    held_settle(t, &t->mode[lane->mode], z);
 }
 
 /* the side to which a contact yields that would have to stick in the mode; 0: to none, or it is not clear */
@@ -204,40 +205,41 @@ int lane_is_alone(const LaneTable *t, const Lane *lane, const double *z, int c)
     return 1;
 }
 
+void lane_impulses(const LaneTable *t, int c, int friction, double arrival, double slip, double *normal, double *rub)
+{
+    const int f = lanes_partner[c] - 1;
+    const double *G = t->G[c];
+    const double wanted = -(1.0 + t->restitution[c]) * arrival;
+    if (friction == CONTACT_AWAY) {
+        *normal = wanted / G[c];
+        *rub = 0.0;
+    } else if (friction == CONTACT_STICK) {
+        const double determinant = G[c] * t->G[f][f] - G[f] * t->G[f][c];
+        *normal = (wanted * t->G[f][f] + slip * G[f]) / determinant;
+        *rub = -(slip * G[c] + wanted * t->G[f][c]) / determinant;
+    } else {
+        *normal = wanted / (G[c] - friction * t->mu[f] * G[f]);
+        *rub = -friction * t->mu[f] * *normal;
+    }
+}
+
 /* impulses of an impact, by Newton and Coulomb, and how its friction ends; AWAY: it has none; 0: not clear */
 static int impulses(const LaneTable *t, const double *z, int c, double *normal, double *rub, int *friction)
 {
     const int f = lanes_partner[c] - 1;
     const double *G = t->G[c];
-    const double wanted = -(1.0 + t->restitution[c]) * row_value(t->approach[c], z);
-    *rub = 0.0;
-    *normal = wanted / G[c];
-    *friction = CONTACT_AWAY;
-    if (f < 0) return 1;
-    const double mu = t->mu[f];
-    const double slip = row_value(t->approach[f], z);
-    const double determinant = G[c] * t->G[f][f] - G[f] * t->G[f][c];
-    if (determinant > TIE * G[c] * t->G[f][f]) {
-        const double n = (wanted * t->G[f][f] + slip * G[f]) / determinant;
-        const double r = -(slip * G[c] + wanted * t->G[f][c]) / determinant;
-        const double left = mu * n - fabs(r);
-        if (n > 0.0 && left > TIE * (mu * n + fabs(r))) {
-            *normal = n;
-            *rub = r;
-            *friction = CONTACT_STICK;
-            return 1;
-        }
+    const double arrival = row_value(t->approach[c], z);
+    const double slip = f >= 0 ? row_value(t->approach[f], z) : 0.0;
+    *friction = f < 0 ? CONTACT_AWAY : CONTACT_STICK;
+    if (f < 0 || G[c] * t->G[f][f] - G[f] * t->G[f][c] > TIE * G[c] * t->G[f][f]) {
+        lane_impulses(t, c, *friction, arrival, slip, normal, rub);
+        const double most = f < 0 ? 0.0 : t->mu[f] * *normal;
+        if (f < 0 || (*normal > 0.0 && most - fabs(*rub) > TIE * (most + fabs(*rub)))) return 1;
     }
-    for (int sign = 1; sign >= -1; sign -= 2) {
-        const double n = wanted / (G[c] - sign * mu * G[f]);
-        const double r = -sign * mu * n;
-        const double change = t->G[f][c] * n + t->G[f][f] * r;
-        if (sign * (slip + change) > TIE * (fabs(slip) + fabs(change))) {
-            *normal = n;
-            *rub = r;
-            *friction = sign;
-            return 1;
-        }
+    for (*friction = 1; *friction >= -1; *friction -= 2) {
+        lane_impulses(t, c, *friction, arrival, slip, normal, rub);
+        const double change = t->G[f][c] * *normal + t->G[f][f] * *rub;
+        if (*friction * (slip + change) > TIE * (fabs(slip) + fabs(change))) return 1;
     }
     return 0;
 }
@@ -303,6 +305,8 @@ static int arrives(LaneTable *t, Lane *lane, double *z, int c, double time, int6
         return 0;
     }
     lane->motion.memory[c] = fastest;
+    lane->struck = c;
+    lane->friction = friction;
     memcpy(z, after, sizeof after);
     take(t, lane, z, next.state, c, time);
     return 1;

@@ -126,12 +126,13 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
         open_pool(room, motions, width, group_bytes_##width());                                                        \
         clear_groups_##width(room);                                                                                    \
     }                                                                                                                  \
-    static void step_##width(void *room, LaneMotion *motions, int64_t directions, double *tangents,                    \
+    static void step_##width(void *room, LaneMotion *motions, int64_t directions, double *tangents, double *growth,    \
                              LaneResolve resolve, void *context)                                                       \
     {                                                                                                                  \
         Pool *pool = room;                                                                                             \
         pool->directions = directions;                                                                                 \
         pool->tangents = tangents;                                                                                     \
+        pool->growth = growth;                                                                                         \
         pool->resolve = resolve;                                                                                       \
         pool->context = context;                                                                                       \
         period_##width(pool, motions);                                                                                 \

@@ -36,7 +36,8 @@ def system() -> Strobe:
 
 @pytest.mark.filterwarnings("default")  # those of distributed about workers that are lost
 def test_two_workers_of_which_one_is_killed_write_the_same_store(tmp_path, monkeypatch):
-    monkeypatch.setattr(families, "FAR_CHUNK", SMALL)
+    for name in ("FAR_CHUNK", "MOST_CHUNK"):
+        monkeypatch.setattr(families, name, SMALL)
     plain = mapped(store=tmp_path / "threads.zarr")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as made:
         alive = [worker.process.pid for worker in made.workers.values()]

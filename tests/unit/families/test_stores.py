@@ -28,7 +28,7 @@ from fmu_models.analyses.lyapunov import lyapunov
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.families import jobs as families
 from fmu_models.families.execution import Execution
-from fmu_models.families.store import RunLog, stored_runs
+from fmu_models.families.store import ROOM, RunLog, stored_runs
 from fmu_models.fmu.load import load
 from fmu_models.sections.crossing import Crossing
 from fmu_models.sections.iteration import Iteration
@@ -49,7 +49,8 @@ LOGISTIC = Iteration.of(maps.load("logistic"), {"r": 3.5})
 
 @pytest.fixture(autouse=True)
 def small_chunks(monkeypatch):
-    monkeypatch.setattr(families, "FAR_CHUNK", SMALL)
+    for name in ("FAR_CHUNK", "MOST_CHUNK"):
+        monkeypatch.setattr(families, name, SMALL)
 
 
 def support(**values: float) -> Strobe:
@@ -68,7 +69,8 @@ def mapped(progress: Any = quiet, **execution: Any) -> Basins:
 def whole(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("whole") / "run.zarr"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(families, "FAR_CHUNK", SMALL)
+        for name in ("FAR_CHUNK", "MOST_CHUNK"):
+            patch.setattr(families, name, SMALL)
         mapped(store=path, workers=1)
     return path
 
@@ -117,9 +119,12 @@ def test_a_finished_store_is_a_few_files_that_zarr_knows(whole, recwarn):
     import zarr
 
     group: Any = zarr.open_group(whole, mode="r")
-    logs = [array for _, array in group["runs"].arrays()]
-    assert logs and all(array.dtype == np.uint8 and array[:8].view(np.int64)[0] == -1 for array in logs)
-    assert not recwarn.list and len(content(whole)) <= 30
+    log: Any = group["records/log"]
+    assert log.dtype == np.uint8 and log[:8].view(np.int64)[0] == 0
+    # of two groups, the log, the two axes and the two grids over them
+    assert not recwarn.list and len(content(whole)) == 2 + 2 * 5
+    with xarray.open_zarr(whole, consolidated=False) as opened:
+        assert opened["attractor"].chunks == ((12,), (12,)) and not recwarn.list
 
 
 @given(numbers=st.lists(st.integers(-1, 9), min_size=1, max_size=12), cut=st.floats(0.0, 1.0), seed=st.integers(0, 99))
@@ -153,7 +158,7 @@ def test_what_is_killed_as_it_finishes_is_finished_later(whole, tmp_path, monkey
     def failing(source: Path, target: Path) -> None:
         if "c" in Path(target).parts[-2:]:
             packed.append(Path(target))
-        if len(packed) > 2:
+        if packed:
             raise KeyboardInterrupt
         replace(source, target)
 
@@ -179,7 +184,8 @@ def test_what_is_killed_goes_on_and_repeats_one_chunk_per_worker(whole, tmp_path
         "import os, sys\n"
         f"sys.path[:0] = {[str(Path(__file__).parent), str(ROOT), str(ROOT / 'tests/helpers')]!r}\n"
         "import test_stores as t\n"
-        "t.families.FAR_CHUNK, seen, run = t.SMALL, [], t.Strobe.run\n"
+        "t.families.FAR_CHUNK = t.families.MOST_CHUNK = t.SMALL\n"
+        "seen, run = [], t.Strobe.run\n"
         "def counted(self, jobs, stop):\n"
         "    if jobs.transient or jobs.rows > 1: print(len(jobs), flush=True)\n"
         "    return run(self, jobs, stop)\n"
@@ -229,8 +235,8 @@ def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(whole, tmp_pa
 
 def finished(store: Path) -> int:
     """Chunks that are there."""
-    logs = [*store.glob("runs/*.log"), *store.glob("runs/*/c/0")]
-    return sum(len(RunLog(path).numbers) - 1 for path in logs)
+    (path,) = [*store.glob("records.log"), *store.glob("records/log/c/0")]
+    return sum(number % ROOM > 0 for number in RunLog(path).numbers)
 
 
 def test_a_full_disk_is_said_and_left_behind_when_there_is_room(whole, tmp_path):
@@ -333,3 +339,37 @@ def test_a_chain_is_the_same_in_one_piece_and_in_links(monkeypatch):
             monkeypatch.setattr(families, "CHUNK", steps)
             assert len(jobs.chunks()) == links
             assert np.array_equal(one.make(jobs, workers=3).points, whole_chain)
+
+
+def test_sweeps_from_several_starts_are_those_from_each_also_broken_off(tmp_path):
+    """Three in each direction, side by side, and the one whose start is not there twice alone; where two motions exist
+    some sweeps come to the other."""
+    system, omega = support(ks=300.0), np.linspace(0.93, 1.0, 12)
+    how: dict[str, Any] = {"transient": 150, "direction": "both"}
+
+    def swept(execution: Execution, progress: Any = quiet) -> Any:
+        return orbit_diagram(system, "omega", omega, starts=3, **how, execution=execution, progress=progress)
+
+    found = swept(Execution(workers=2))
+    assert found.directions == ("up", "up_2", "up_3", "down", "down_2", "down_3") and not found.failures
+    apart = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 2)) * system.sizes()
+    for k, by in enumerate([0.0 * apart[0], *apart[1:]]):
+        alone = orbit_diagram(system, "omega", omega, start=(system.start() + by).tolist(), **how)
+        for d in (0, 1):
+            assert np.array_equal(alone.points[d], found.points[k + 3 * d], equal_nan=True)
+            assert (alone.periods[d] == found.periods[k + 3 * d]).all()
+    assert any(len(set(column)) > 1 for column in found.periods.T.tolist())
+    assert set(found.ways) == {"up", "down"}
+
+    def break_off(fraction: float) -> None:
+        if fraction > 0.4:
+            raise KeyboardInterrupt
+
+    store = tmp_path / "run.zarr"
+    with pytest.raises(KeyboardInterrupt):
+        swept(Execution(store=store, workers=1), break_off)
+    resumed = swept(Execution(store=store, resume=True))
+    assert np.array_equal(resumed.points, found.points, equal_nan=True)
+    assert sum(len(rows.filled) for rows in stored_runs(store)) == 72
+    with pytest.raises(StickslipError, match="one start"):
+        orbit_diagram(system, "omega", omega, starts=0)

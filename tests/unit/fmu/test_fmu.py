@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import re
+import shutil
 import zipfile
 from pathlib import Path
 
@@ -30,6 +31,26 @@ def test_the_folder_goes_with_the_object() -> None:
     del opened
     gc.collect()
     assert not folder.exists()
+
+
+def test_the_engine_stays_packed_until_something_is_built_of_it(tmp_path: Path) -> None:
+    path = tmp_path / "model.fmu"
+    shutil.copyfile(built("block_on_belt"), path)
+    fmu = Fmu.open(path)
+    inside = {file.relative_to(fmu.folder).as_posix() for file in fmu.folder.rglob("*") if file.is_file()}
+    with zipfile.ZipFile(path) as packed:
+        names = {name: packed.read(name) for name in packed.namelist()}
+    path.unlink()
+    assert names.keys() - inside == {name for name in names if re.match("sources/.*/", name)}
+    assert fmu.sources == fmu.sources != fmu.folder / "sources"
+    kept = fmu.sources
+    assert {f"sources/{file.relative_to(kept).as_posix()}": file.read_bytes() for file in kept.rglob("*.*")} == {
+        name: content for name, content in names.items() if name.startswith("sources/")
+    }
+    assert Fmu.unpacked(path, kept.parent).sources == kept != Fmu.unpacked(path, fmu.folder).sources
+    del fmu
+    gc.collect()
+    assert not kept.exists()
 
 
 def test_an_fmu_of_somebody_else_is_not_simulated(tmp_path: Path) -> None:

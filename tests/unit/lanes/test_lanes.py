@@ -29,6 +29,7 @@ from fmu_models.lowering.piecewise_linear import obstacles
 from fmu_models.oscillators import MODELS
 from fmu_models.oscillators import load as declaration
 from fmu_models.report.model_sheet import sheet
+from fmu_models.sections.engine import LanesBackend
 from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.run import simulate
 
@@ -104,8 +105,13 @@ def test_results_are_the_same_bits_for_any_number_of_lanes(name, monkeypatch):
     assert widest is not None and widest.lanes == steppers[-1].lanes
     made = []
     for stepper in steppers:
-        monkeypatch.setitem(vars(system), "_lanes", stepper)
-        made.append(system.run(jobs, GO))
+        with monkeypatch.context() as patch:
+            patch.setitem(vars(system.backend), "stepper", lambda _, one=stepper: one)
+            made.append(system.run(jobs, GO))
+    # events of few motions come at other times
+    assert isinstance(system.backend, LanesBackend)
+    chosen = [system.backend.stepper(motions) for motions in (1, 3, 4, 64)]
+    assert [one and one.lanes for one in chosen] == [1, 1, 2, widest.lanes]
     alone = np.concatenate([system.run(jobs.part(i, i + 1), GO).points for i in range(len(jobs))])
     for one in made:
         assert np.array_equal(one.points, alone)
@@ -129,7 +135,7 @@ def test_contacts_stick_close_and_jam_in_lanes(name, monkeypatch):
     for width in (1, 2, 4, 8):
         stepper = lanes_of(system.fmu).stepper(width)
         if stepper is not None:
-            monkeypatch.setitem(vars(system), "_lanes", stepper)
+            monkeypatch.setitem(vars(system.backend), "stepper", lambda _, one=stepper: one)
             assert np.array_equal(system.run(part, GO).points, lanes.points[20:33])
 
 

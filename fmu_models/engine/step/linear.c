@@ -1,0 +1,278 @@
+/*
+ * Series by sums. Where every function is affine in the states x, the time, the inputs and harmonics of the time, the
+ * coefficients above order 0 follow from those of order 1 with the same factors everywhere in a mode:
+ *
+ *     z = (x, sine and cosine of each harmonic, u, t)   z[k+1] = L z[k]/(k+1),  k >= 1:   z[k] = T_k z[1]
+ *     slip, depth, force, release, capacity             y[k] = R z[k] = R T_k z[1]
+ *
+ * Order 0 is evaluated as ever, and constants with it. L and R are what the model's own functions make at order 1 of
+ * one column after the other, with the forces that hold contacts. Of the rows of T and R T those are kept that are not
+ * zero.
+ */
+#include "linear.h"
+
+#include "contact_forces.h"
+#include "flow.h"
+#include "taylor.h"
+
+#if MODEL_LINEAR
+
+/* the columns of z; the rows that are kept: states, then what is read of contacts */
+enum {
+    Z_SINE = MODEL_NX,
+    Z_INPUT = Z_SINE + 2 * MODEL_NH,
+    Z_TIME = Z_INPUT + MODEL_NU,
+    Z_COLUMNS,
+    Z_HALF = LINEAR_ORDER / 2
+};
+enum { Z_ROWS = MODEL_NX + LINEAR_READ };
+
+typedef enum { Y_SLIP, Y_DEPTH, Y_FORCE, Y_RELEASE, Y_CAPACITY, Y_CAPACITY_MINUS, Y_KINDS } LinearQuantity;
+
+/* what one order makes of the one before */
+typedef struct {
+    double row[Z_ROWS][Z_COLUMNS];
+    double order[Z_ROWS][Z_COLUMNS][LINEAR_ORDER]; /* of T and R T, from order 1 */
+} LinearFactors;
+
+static double *series_of(Jets *j, const LinearMode *m, int row)
+{
+    Series *const of[Y_KINDS] = {j->slip, j->depth, j->force, j->release, j->capacity, j->capacity_minus};
+    return row < MODEL_NX ? j->x[row] : of[m->quantity[row - MODEL_NX]][m->contact[row - MODEL_NX]];
+}
+
+/* what the length of a step, or its events, read of the contacts */
+static void note_read(const Run *r, const Jets *j, LinearMode *m)
+{
+    m->rows = MODEL_NX;
+    for (int c = 0; c < MODEL_NC; c++) {
+        const int sticks = r->at.state[c] == CONTACT_STICK;
+        const int slips = !sticks && r->at.state[c] != CONTACT_AWAY && (j->sign[c] != 0.0 || MODEL_NQ == 0);
+        const int read[Y_KINDS] = {slips,
+                                   model_contact_bounded[c] && !contact_is_closed(r, c),
+                                   contact_is_held(r->at.state, c),
+                                   contact_may_release(r->at.state, c),
+                                   sticks,
+                                   sticks && MODEL_DIRECTED};
+        for (int quantity = 0; quantity < Y_KINDS; quantity++) {
+            if (!read[quantity]) continue;
+            m->quantity[m->rows - MODEL_NX] = (signed char)quantity;
+            m->contact[m->rows++ - MODEL_NX] = (short)c;
+        }
+    }
+}
+
+/* column n: what the model's functions make, at order 1, of what j holds there, less that of the time */
+static void probe(Run *r, Jets *j, const LinearMode *m, LinearFactors *f, int n, double less)
+{
+    flow_field(&r->at, j, 1, 0);
+    for (int i = 0; i < m->rows; i++) {
+        const int v = i - MODEL_NQ;
+        const double made = i >= MODEL_NX  ? series_of(j, m, i)[1]
+                            : v < 0        ? j->x[MODEL_NQ + i][1]
+                            : v < MODEL_NV ? contact_rate(j, v, 1)
+                                           : j->zrate[v - MODEL_NV][1];
+        f->row[i][n] = made - less * f->row[i][Z_TIME];
+    }
+}
+
+static void probe_columns(Run *r, LinearMode *m, LinearFactors *f)
+{
+    Jets *j = &r->scratch;
+    memset(f, 0, sizeof *f);
+    flow_load(&r->at, j, 0);
+    for (int h = 0; h < MODEL_NH; h++)
+        j->w[model_sine[h]][0] = j->w[model_cosine[h]][0] = 0.0;
+    for (int i = 0; i < MODEL_NX + MODEL_NU; i++)
+        (i < MODEL_NX ? j->x[i] : j->u[i - MODEL_NX])[1] = 0.0;
+    probe(r, j, m, f, Z_TIME, 0.0);
+    for (int h = 0; h < MODEL_NH; h++) {
+        m->rate[h] = j->w[model_angle[h]][1];
+        for (int side = 0; side < 2 && m->rate[h] != 0.0; side++) {
+            /* order 1 of a sine is order 0 of its cosine, times the rate; of a cosine that of the sine, negative */
+            double *other = &j->w[side ? model_sine[h] : model_cosine[h]][0];
+            *other = (side ? -1.0 : 1.0) / m->rate[h];
+            probe(r, j, m, f, Z_SINE + 2 * h + side, 1.0);
+            *other = 0.0;
+        }
+    }
+    j->t[1] = 0.0;
+    for (int i = 0; i < MODEL_NX + MODEL_NU; i++) {
+        double *one = &(i < MODEL_NX ? j->x[i] : j->u[i - MODEL_NX])[1];
+        *one = 1.0;
+        probe(r, j, m, f, i < MODEL_NX ? i : Z_INPUT + i - MODEL_NX, 0.0);
+        *one = 0.0;
+    }
+}
+
+/* column n of T and R T */
+static void fill_column(const LinearMode *m, LinearFactors *f, int n)
+{
+    double z[Z_COLUMNS] = {0.0};
+    z[n] = 1.0;
+    for (int k = 1; k <= LINEAR_ORDER; k++) {
+        const double share = 1.0 / (k + 1);
+        double made[Z_ROWS];
+        for (int i = 0; i < m->rows; i++) {
+            made[i] = 0.0;
+            for (int e = 0; e < Z_COLUMNS; e++)
+                made[i] += f->row[i][e] * z[e];
+            f->order[i][n][k - 1] = i < MODEL_NX ? z[i] : made[i];
+        }
+        for (int h = 0; h < MODEL_NH; h++) {
+            double *sine = &z[Z_SINE + 2 * h];
+            const double rate = m->rate[h] * share, was = sine[0];
+            sine[0] = rate * sine[1];
+            sine[1] = -rate * was;
+        }
+        for (int i = 0; i < MODEL_NX; i++)
+            z[i] = made[i] * share;
+        memset(z + Z_INPUT, 0, (Z_COLUMNS - Z_INPUT) * sizeof *z);
+    }
+}
+
+/* the rows without their zeros; 0 where there is no room for them */
+static int keep_rows(LinearMode *m, const LinearFactors *f)
+{
+    int count = 0;
+    for (int i = 0; i < m->rows; i++) {
+        m->first[i] = (unsigned char)count;
+        m->last[i] = 0;
+        for (int n = 0; n < Z_COLUMNS; n++) {
+            int last = LINEAR_ORDER;
+            while (last > 0 && f->order[i][n][last - 1] == 0.0)
+                last--;
+            if (last == 0) continue;
+            if (count == LINEAR_ENTRIES) return 0;
+            memcpy(m->factor[count], f->order[i][n], sizeof f->order[i][n]);
+            m->column[count++] = (unsigned char)n;
+            m->last[i] = last > m->last[i] ? (unsigned char)last : m->last[i];
+        }
+        m->first[i + 1] = (unsigned char)count;
+    }
+    return 1;
+}
+
+/* about the fastest rate of a mode, in whatever units its states are; 0 where it has none */
+static double rate_of(const LinearMode *m, const LinearFactors *f)
+{
+    double fastest = 0.0;
+    for (int i = 0; i < MODEL_NX; i++) {
+        double twice = 0.0;
+        for (int n = 0; n < MODEL_NX; n++)
+            twice += f->row[i][n] * f->row[n][i];
+        fastest = fmax(fastest, fabs(twice));
+    }
+    fastest = sqrt(fastest);
+    for (int h = 0; h < MODEL_NH; h++)
+        fastest = fmax(fastest, fabs(m->rate[h]));
+    return fastest;
+}
+
+static void make_mode(Run *r, const Jets *j, LinearMode *m)
+{
+    LinearFactors f;
+    double factorial = 1.0;
+    memcpy(m->state, r->at.state, sizeof m->state);
+    note_read(r, j, m);
+    probe_columns(r, m, &f);
+    for (int n = 0; n < Z_COLUMNS; n++)
+        fill_column(m, &f, n);
+    m->usable = keep_rows(m, &f);
+    /* the last terms but one of series that go with this rate are a quarter of what is asked for */
+    for (int k = 2; k < LINEAR_ORDER; k++)
+        factorial *= k;
+    const double rate = rate_of(m, &f);
+    m->length = rate > 0.0 ? pow(0.25 * r->tolerances.step * factorial, 1.0 / (LINEAR_ORDER - 1)) / rate : 0.0;
+    m->power = pow(m->length, LINEAR_ORDER - 1);
+}
+
+/* the mode that the contacts are in; NULL where what holds them is shared by the size of their bounds, which changes */
+static const LinearMode *mode_of(Run *r, const Jets *j)
+{
+    const Sticking *s = &r->at.sticking;
+    for (int i = 0; i < s->count; i++)
+        if (s->last[i] - s->first[i] > 1) return NULL;
+    for (int i = 0; i < r->linear_count && i < LINEAR_MODES; i++) {
+        const LinearMode *m = &r->linear[i];
+        if (memcmp(m->state, r->at.state, sizeof m->state) == 0) return m->usable ? m : NULL;
+    }
+    LinearMode *m = &r->linear[r->linear_count++ % LINEAR_MODES];
+    make_mode(r, j, m);
+    return m->usable ? m : NULL;
+}
+
+int linear_series(Run *r, Jets *j)
+{
+    double z[Z_COLUMNS];
+    if (r->at.curved || taylor_order(r) > LINEAR_ORDER) return 0;
+    flow_load(&r->at, j, 0);
+    taylor_field(r, j, 0);
+    flow_extend(j, 1, 0);
+    const LinearMode *m = mode_of(r, j);
+    if (!m) return 0;
+    for (int i = 0; i < MODEL_NX; i++)
+        z[i] = j->x[i][1];
+    for (int h = 0; h < MODEL_NH; h++) {
+        z[Z_SINE + 2 * h] = m->rate[h] * j->w[model_cosine[h]][0];
+        z[Z_SINE + 2 * h + 1] = -m->rate[h] * j->w[model_sine[h]][0];
+    }
+    for (int i = 0; i < MODEL_NU; i++)
+        z[Z_INPUT + i] = j->u[i][1];
+    z[Z_TIME] = 1.0;
+    double by[LINEAR_ENTRIES];
+    for (int e = 0; e < m->first[m->rows]; e++)
+        by[e] = z[m->column[e]];
+    for (int i = 0; i < m->rows; i++) {
+        double *series = series_of(j, m, i) + 1;
+        for (int k = 0; k < LINEAR_ORDER; k += Z_HALF) {
+            double sum[Z_HALF] = {0.0};
+            for (int e = m->first[i]; e < m->first[i + 1] && k < m->last[i]; e++)
+                for (int n = 0; n < Z_HALF; n++)
+                    sum[n] += m->factor[e][k + n] * by[e];
+            memcpy(series + k, sum, sizeof sum);
+        }
+        if (!isfinite(series[LINEAR_ORDER - 1])) return 0;
+    }
+    r->evaluations += LINEAR_ORDER - 1;
+    return 1 + (int)(m - r->linear);
+}
+
+/* whether the last two terms of a series, over the length of the mode, are small beside the first two from term f */
+static int is_short(const Run *r, const LinearMode *m, const double *series, int first)
+{
+    const double h = m->length;
+    const double head = fmax(fabs(series[first]), fabs(series[first + 1]) * h) * (first ? h : 1.0);
+    return fmax(fabs(series[LINEAR_ORDER - 1]), fabs(series[LINEAR_ORDER]) * h) * m->power <= r->tolerances.step * head;
+}
+
+double linear_length(Run *r)
+{
+    const LinearMode *m = &r->linear[r->segment_linear - 1];
+    for (int i = 0; i < m->rows; i++) {
+        const int quantity = i < MODEL_NX ? Y_RELEASE : m->quantity[i - MODEL_NX];
+        const int c = i < MODEL_NX ? 0 : m->contact[i - MODEL_NX];
+        const int slot = quantity == Y_SLIP ? SLOT_TANGENTIAL : SLOT_NORMAL;
+        const int starts = quantity == Y_SLIP || quantity == Y_DEPTH
+                           || (quantity == Y_FORCE && contact_is_closed(r, c));
+        const int known = starts ? r->at.known[c][slot] : 0;
+        if (known > 1 || !is_short(r, m, series_of(&r->jets, m, i), known)) return 0.0;
+    }
+    return m->length;
+}
+
+#else
+
+int linear_series(Run *r, Jets *j)
+{
+    (void)r, (void)j;
+    return 0;
+}
+
+double linear_length(Run *r)
+{
+    (void)r;
+    return 0.0;
+}
+
+#endif

@@ -36,6 +36,7 @@ from fmu_models.sections.system import SectionSystem
 # in sizes of the states: between which distances a pair of starts is followed, and when motions are torn
 CLOSE, APART, TEAR = 1e-6, 1e-3, 1e-12
 BESIDE = (0.5, 0.38)  # shares of the segment; the middle may be the edge state itself, which comes to nothing
+CROSSED = 16  # doublings of the pair, at most, that bring an end back to its side
 NEAR = 3e-2  # by so much Newton's method may move the border, in sizes of the states
 ASTRAY = 10.0  # times that, on the way
 ALONG = 0.1  # share of that move that may lie along the unstable direction
@@ -227,6 +228,7 @@ class Border:
 
     def bisect(self, close: float) -> bool:
         """Bring the pair so close; False where the labels are used up before, or the middle comes to nothing."""
+        untouched = {0, 1}
         while self.distance > close:
             if self.labeller.count >= self.most or any((self.middle() == end).all() for end in self.pair):
                 return False
@@ -241,7 +243,19 @@ class Border:
             k = 0 if label == self.sides[0] else 1
             self.pair[k] = middle
             self.sides = (label, self.sides[1]) if k == 0 else (self.sides[0], label)
+            untouched.discard(k)
+            if self.distance <= close:
+                for end in untouched:
+                    self._taken_back(end)
+                untouched = set()
         return True
+
+    def _taken_back(self, k: int) -> None:
+        """Bring an end back to its side, where it lay nearer to the border than rounding and has crossed it since."""
+        for _ in range(CROSSED):
+            if int(self.labeller.label(self.pair[k][None]).labels[0]) == self.sides[k]:
+                return
+            self.pair[k] += self.system.difference(self.pair[k] - self.pair[1 - k])
 
     def followed(self) -> tuple[str, Edge | None]:
         """What the border comes to, in a word, and the edge state."""

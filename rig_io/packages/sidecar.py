@@ -153,7 +153,7 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
         for key in entry:
             refuse_unknown(key, names, f"{at} has the unknown entry '{key}'.")
             if key == "beam":
-                refuse_unknown(entry[key], BEAMS, f"{at}: there is no beam {entry[key]!r}.")
+                refuse_unknown(str(entry[key]), BEAMS, f"{at}: there is no beam {entry[key]!r}.")
             elif key != "quadrature":
                 entry[key] = _number(entry[key], f"{at}, '{key}'")
                 if key == "counter_bits" and entry[key] not in range(4, 65):

@@ -35,7 +35,7 @@ def test_a_contact_that_holds_without_a_lever_is_caught(F: float, monkeypatch: p
         ("events/contact_placement.c", lever, "return r->scratch.G[c][c][0] != 0.0;"),
         ("events/mode_selection.c", "beyond && lever > r->tolerances.lever", "beyond && lever >= 0.0"),
     )
-    with pytest.raises(StickslipError, match=r"energy is not kept at t = 2.*'slider'.*next to no lever"):
+    with pytest.raises(StickslipError, match=r"energy is not kept at t = .*'slider'.*next to no lever"):
         simulate(opened(crank_without_rod()), 10.0, parameters={"F": F}, start={"q": 1.0, "w": 1.0})
 
 

@@ -32,6 +32,8 @@ from fmu_models.continuation.special.kinds import BRANCH_POINT, FLIP, FOLD, KIND
 ROOT, ROUNDED = 1e-13, 1e-9
 STEPS = 12
 SECANT = 1e-7  # residual, in scales, from which Newton's method begins after Broyden's
+# of the product of a pair that turns without growing, from 1: rounding, which has no sign
+TURNS_ON = 1e-14
 # so near to its half, in u, a motion of twice the period is one of the period: where branches meet, and elsewhere
 HALF, SAME = 1e-4, 1e-8
 
@@ -155,6 +157,7 @@ def passing_test(multipliers: Complex, passes: str) -> float:
         return float(np.prod(multipliers - (1.0 if passes == "+1" else -1.0)).real)
     rows, columns = np.tril_indices(len(multipliers), -1)
     factors = multipliers[rows] * multipliers[columns] - 1.0
+    factors[np.abs(factors) <= TURNS_ON] = 0.0
     return float(product_of_pairs(factors).real)
 
 

@@ -13,7 +13,6 @@
 
 #include "contact_forces.h"
 #include "flow.h"
-#include "taylor.h"
 
 #if MODEL_LINEAR
 
@@ -202,12 +201,12 @@ static const LinearMode *mode_of(Run *r, const Jets *j)
     return m->usable ? m : NULL;
 }
 
-int linear_series(Run *r, Jets *j)
+int linear_series(Run *r, Jets *j, int order)
 {
     double z[Z_COLUMNS];
-    if (r->at.curved || taylor_order(r) > LINEAR_ORDER) return 0;
+    if (r->at.curved || order > LINEAR_ORDER) return 0;
     flow_load(&r->at, j, 0);
-    taylor_field(r, j, 0);
+    flow_field(&r->at, j, 0, 0);
     flow_extend(j, 1, 0);
     const LinearMode *m = mode_of(r, j);
     if (!m) return 0;
@@ -234,7 +233,7 @@ int linear_series(Run *r, Jets *j)
         }
         if (!isfinite(series[LINEAR_ORDER - 1])) return 0;
     }
-    r->evaluations += LINEAR_ORDER - 1;
+    r->evaluations += LINEAR_ORDER;
     return 1 + (int)(m - r->linear);
 }
 
@@ -263,9 +262,9 @@ double linear_length(Run *r)
 
 #else
 
-int linear_series(Run *r, Jets *j)
+int linear_series(Run *r, Jets *j, int order)
 {
-    (void)r, (void)j;
+    (void)r, (void)j, (void)order;
     return 0;
 }
 

@@ -51,16 +51,18 @@ static double value_and_slopes(const double *c, int n, double s, double *slope, 
 
 double polynomial_value(const double *c, int n, double s)
 {
-    /* every third power apart: chains of a third of the length */
+    /* every third power apart: chains of a third of the length; the first term last, by one rounding of its size */
     const double t = s * s * s;
-    int k = n - n % 3;
-    double first = c[k], second = k < n ? c[k + 1] : 0.0, third = k + 1 < n ? c[k + 2] : 0.0;
-    for (k -= 3; k >= 0; k -= 3) {
-        first = first * t + c[k];
-        second = second * t + c[k + 1];
-        third = third * t + c[k + 2];
+    double first = 0.0, second = 0.0, third = 0.0;
+    int k = n;
+    for (; k % 3 != 0; k--)
+        *(k % 3 == 1 ? &first : &second) = c[k];
+    for (; k >= 3; k -= 3) {
+        third = third * t + c[k];
+        second = second * t + c[k - 1];
+        first = first * t + c[k - 2];
     }
-    return first + s * (second + s * third);
+    return c[0] + s * (first + s * (second + s * third));
 }
 
 /*
@@ -175,6 +177,7 @@ static int certainly_positive(const double *b, double tail, double slack)
 static double before_root(const double *b, int n, double slack, double low, double high, double s)
 {
     const double NEAR = 1e-3;
+    if (!(s > low && s < high)) s = 0.5 * (low + high);
     for (int i = 0; i < 8; i++) {
         double slope, bend;
         const double value = value_and_slopes(b, n, s, &slope, &bend) - slack;
@@ -224,8 +227,9 @@ UNROLLED double fall_by_order(const double *b, int n, int order, double tail, do
                 top--;
                 continue;
             }
-            const double across = start[top] + width[top] * beta[0] / (beta[0] - beta[order]);
-            if (slack > 0.0) return before_root(b, order, slack + tail, start[top], end, across);
+            const double level = slack > 0.0 ? slack + tail : 0.0;
+            const double across = start[top] + width[top] * (beta[0] - level) / (beta[0] - beta[order]);
+            if (slack > 0.0) return before_root(b, order, level, start[top], end, across);
             return refine(b, n, start[top], end, guess(b, order, start[top], end, across, tail));
         }
         if (width[top] < NARROW) return slack > 0.0 ? start[top] : -2.0;

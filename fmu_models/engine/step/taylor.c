@@ -372,7 +372,7 @@ RunStatus taylor_step(Run *r, double limit, int varied)
     if (rooted) {
         flow_rooted_series(&r->at, &r->jets, full);
         r->evaluations += full;
-    } else if (!varied && (r->segment_linear = linear_series(r, &r->jets))) {
+    } else if (!varied && (r->segment_linear = linear_series(r, &r->jets, taylor_order(r)))) {
         order = LINEAR_ORDER;
         limit = before_impact(r, &r->jets, limit);
     } else {

@@ -57,7 +57,7 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
 {
     V value[LANES_NG], rate[LANES_NG];
     NAME(Batch) sizes;
-    if (!LANES_SWITCHES || !NAME(any)(fell)) return fell;
+    if (LANES_SWITCHES == 0 || !NAME(any)(fell)) return fell;
     NAME(guard_line)(b, b->z, value, rate);
     for (int e = 0; e < LANES_FLOW; e++)
         sizes.flow[e] = NAME(size)(b->flow[e]);
@@ -138,7 +138,7 @@ static __attribute__((noinline)) void NAME(event)(Pool *pool, NAME(Batch) * b, M
     M special = NAME(switches)(b, NAME(impacts)(b, fell, guard, pool->directions), guard);
     const M stopped = NAME(stops)(b, special, guard);
     special &= ~stopped;
-    if (LANES_SWITCHES && pool->directions > 0) NAME(gather_mode)(b);
+    if (LANES_SWITCHES > 0 && pool->directions > 0) NAME(gather_mode)(b);
     if (pool->directions > 0) NAME(leave)(b, fell & ~special, pool->directions);
     /* these go on at once */
     const M on = some & ~undecided & ~special & ~stopped & (b->left > NAME(fill)(0.0));
@@ -149,6 +149,6 @@ static __attribute__((noinline)) void NAME(event)(Pool *pool, NAME(Batch) * b, M
         if (special[l]) NAME(happen)(pool, b, l, (int)guard[l]);
         NAME(pass_on)(pool, b, l);
     }
-    if (LANES_SWITCHES || NAME(any)(special)) NAME(gather_mode)(b);
+    if (LANES_SWITCHES > 0 || NAME(any)(special)) NAME(gather_mode)(b);
     if (NAME(any)(on)) NAME(series)(pool, b, on);
 }

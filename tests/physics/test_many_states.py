@@ -141,7 +141,7 @@ def test_fifty_blocks_to_where_the_first_begins_to_stick():
 def test_the_pairs_of_hundreds_of_multipliers_still_have_a_sign():
     """Their product is 1e-700 by itself; a pair that leaves the circle is seen, and nothing else."""
     angles = np.linspace(0.1, 3.0, 40)
-    spectrum = np.concatenate([0.7 * np.exp(1j * angles), 0.7 * np.exp(-1j * angles)])
+    spectrum = np.concatenate([0.7 * np.exp(1j * angles), 0.7 * np.exp(-1j * angles)]).astype(complex)
     outside = spectrum.copy()
     outside[np.abs(np.abs(np.angle(spectrum)) - angles[7]) < 1e-9] *= 1.5
     inside, past = (passing_test(multipliers, "circle") for multipliers in (spectrum, outside))

@@ -146,7 +146,7 @@ def test_exponents_of_the_support(parameters, l1, l1_se, l2):
     ],
 )
 def test_exponents_of_the_hinge(f, l1, l1_se, l2, l2_se):
-    found = exponents(hinge(f), REST, 4000)
+    found = exponents(hinge(f), REST, 12_000)
     assert within(found.per_time[0], found.per_time_errors[0], l1, l1_se)
     assert within(found.per_time[1], found.per_time_errors[1], l2, l2_se)
 

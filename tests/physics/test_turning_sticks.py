@@ -133,7 +133,7 @@ def test_two_friction_contacts_and_a_stop_over_the_frequency(on_ground, begin):
     found = branch(system, "omega", (0.5, 1.5), settle=True)
     assert [kind for kind, _ in found.ends] == ["range", "range"]
     assert len(set(found.words)) >= 5
-    assert np.abs(np.array([node.seen.residual for node in found.nodes])).max() < 1e-9
+    assert np.abs(np.array([node.seen.residual for node in found.nodes])).max() < 2e-9
 
 
 def test_a_contact_that_always_sticks_is_told():

@@ -89,7 +89,7 @@ def lost_motions(
     branches = known or branches_through(strobe, diagram.over, motions, between, longest, None).branches
     lost: list[LostMotion] = []
     for d, direction in enumerate(diagram.directions):
-        order = list(range(len(diagram.values)))[:: 1 if direction.startswith("up") else -1]
+        order = list(range(len(diagram.values)))[:: 1 if diagram.ways[d] == "up" else -1]
         for i, k in pairwise(order):
             value, onward = float(diagram.values[i]), float(diagram.values[k])
             before, after = points[d, i], points[d, k]

@@ -19,10 +19,20 @@ from fmu_models.language.dimensions import Dimensions, way_unit
 from fmu_models.language.quantities import ContactSymbol, Coordinate, InternalState, per_second
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class _Rubbing(Contact):
     """Friction against slip speeds, in the region ``where``, or everywhere if that is None."""
 
-    where: sympy.Expr | None
+    exchangeable: ClassVar[bool] = True
+
+    name: str
+    slip: Any
+    law: Law
+    where: sympy.Expr | None = None
+    description: str = ""
+    force: ContactSymbol = field(init=False)
+    slip_speed: ContactSymbol = field(init=False)
+    sign: ContactSymbol = field(init=False)
 
     @property
     def place(self) -> sympy.Expr | None:
@@ -61,16 +71,6 @@ class Friction(_Rubbing):
     """
 
     kind: ClassVar[ContactKind] = FRICTION
-    exchangeable: ClassVar[bool] = True
-
-    name: str
-    slip: Any
-    law: Law
-    where: sympy.Expr | None = None
-    description: str = ""
-    force: ContactSymbol = field(init=False)
-    slip_speed: ContactSymbol = field(init=False)
-    sign: ContactSymbol = field(init=False)
 
     def __new__(cls, **declared: Any) -> Any:
         slip = declared.get("slip")
@@ -164,16 +164,8 @@ class Cone(_Rubbing):
     """
 
     kind: ClassVar[ContactKind] = CONE
-    exchangeable: ClassVar[bool] = True
 
-    name: str
     slip: tuple[sympy.Expr, sympy.Expr]
-    law: Law
-    where: sympy.Expr | None = None
-    description: str = ""
-    force: ContactSymbol = field(init=False)
-    slip_speed: ContactSymbol = field(init=False)
-    sign: ContactSymbol = field(init=False)
     force_x: ContactSymbol = field(init=False)
     force_y: ContactSymbol = field(init=False)
 

@@ -126,7 +126,6 @@ class Index(Page):
     def get(self) -> None:
         """Show it."""
         steps = self.desk.steps.all()
-        # a form of a command that needs no file of the study is begun from its name alone
         self.show("index.html", steps=steps, files=files_of(self.desk.folder), first=FIRST, commands=self.desk.commands)
 
 
@@ -138,7 +137,8 @@ class Upload(Page):
         files = self.request.files.get("files", [])
         if not files:
             raise StickslipError("No file was chosen.")
-        folder = self.desk.folder / LOGS if self.get_body_argument("what", "") == LOGS else self.desk.folder
+        are_logs = self.get_body_argument("what", "") == LOGS
+        folder = self.desk.folder / LOGS if are_logs else self.desk.folder
         folder.mkdir(exist_ok=True)
         names = []
         for file in files:
@@ -147,7 +147,7 @@ class Upload(Page):
                 raise StickslipError(f"A file cannot be called '{file.filename}'. Give it another name.")
             (folder / name).write_bytes(file.body)
             names.append(name)
-        if folder.name == LOGS and folder != self.desk.folder:
+        if are_logs:
             self.redirect(f"/describe?{urlencode({'folder': LOGS})}")
             return
         command = "inspect" if names[0].endswith((".fmu", ".ssp", ".ssd")) else "show"

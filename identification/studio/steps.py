@@ -18,15 +18,15 @@ from typing import Any
 from identification.studio.forms import Values
 from identification.studio.study import STUDY, add_step, begun, line
 
-ROOM = ".studio"
+ROOM, OUT, ERR = ".studio", "out", "err"
 WIDTH = "110"  # letters of a line of output
 LAST = 20  # lines of progress that a page shows
 
 
 @dataclass(frozen=True)
 class Step:
-    """number: from 1; command, values: the form that it was given by; code: of its end, None while it runs; files: what
-    it wrote, in the folder of the study; seconds: that it took."""
+    """number: from 1; arguments: of the command line; values: the form that it was given by; code: of its end, None
+    while it runs; files: what it wrote, in the folder of the study; seconds: that it took; room: where it is kept."""
 
     number: int
     arguments: tuple[str, ...]
@@ -34,8 +34,17 @@ class Step:
     code: int | None
     files: tuple[str, ...]
     seconds: float
-    out: str
-    err: str
+    room: Path
+
+    @property
+    def out(self) -> str:
+        """What it said on standard output, read when it is asked for."""
+        return (self.room / OUT).read_text("utf-8", "replace")
+
+    @property
+    def err(self) -> str:
+        """The same of standard error."""
+        return (self.room / ERR).read_text("utf-8", "replace")
 
     @property
     def line(self) -> str:
@@ -64,8 +73,10 @@ class Steps:
 
     def all(self) -> list[Step]:
         """Every step, the first one first."""
-        numbers = sorted(int(path.name) for path in (self.folder / ROOM).glob("*") if path.name.isdigit())
-        return [step for number in numbers if (step := self.step(number)) is not None]
+        return [step for number in self._numbers() if (step := self.step(number)) is not None]
+
+    def _numbers(self) -> list[int]:
+        return sorted(int(path.name) for path in (self.folder / ROOM).glob("*") if path.name.isdigit())
 
     def step(self, number: int) -> Step | None:
         """A step; None: there is none of this number."""
@@ -83,22 +94,22 @@ class Steps:
             130 if lost else ended.get("code"),
             tuple(ended.get("files", ())),
             ended.get("seconds", 0.0),
-            *((room / name).read_text("utf-8", "replace") if (room / name).exists() else "" for name in ("out", "err")),
+            room,
         )
 
     def begin(self, arguments: Sequence[str], values: Values) -> int:
         """Begin a command; its number."""
         with self._lock:
-            number = 1 + max((step.number for step in self.all()), default=0)
+            number = 1 + max(self._numbers(), default=0)
             room = self.folder / ROOM / str(number)
             room.mkdir(parents=True)
             given = {"arguments": list(arguments), "values": {name: list(value) for name, value in values.items()}}
-            (room / "given.json").write_text(json.dumps(given), "utf-8")
             before = self._files()
-            with (room / "out").open("w") as out, (room / "err").open("w") as err:
+            with (room / OUT).open("w") as out, (room / ERR).open("w") as err:
                 environment = {**os.environ, "COLUMNS": WIDTH, "NO_COLOR": "1"}
                 process = begun(arguments, self.folder, stdout=out, stderr=err, env=environment)
             self._running[number] = process
+            (room / "given.json").write_text(json.dumps(given), "utf-8")
         threading.Thread(target=self._wait, args=(number, process, before), daemon=True).start()
         return number
 

@@ -40,6 +40,8 @@ class Swept(Protocol):
     @property
     def directions(self) -> tuple[str, ...]: ...
     @property
+    def ways(self) -> tuple[str, ...]: ...
+    @property
     def points(self) -> Vector: ...
     @property
     def periods(self) -> Integers: ...
@@ -88,8 +90,8 @@ def lost_motions(
     motions = _motions(system, diagram, points)
     branches = known or branches_through(strobe, diagram.over, motions, between, longest, None).branches
     lost: list[LostMotion] = []
-    for d, direction in enumerate(diagram.directions):
-        order = list(range(len(diagram.values)))[:: 1 if diagram.ways[d] == "up" else -1]
+    for d, (direction, way) in enumerate(zip(diagram.directions, diagram.ways, strict=True)):
+        order = list(range(len(diagram.values)))[:: 1 if way == "up" else -1]
         for i, k in pairwise(order):
             value, onward = float(diagram.values[i]), float(diagram.values[k])
             before, after = points[d, i], points[d, k]

@@ -49,7 +49,7 @@ def test_what_needs_more_than_the_core_has_the_whole(tmp_path: Path) -> None:
     assert simulate(fmu, 1.0).values and "built when" in repr(fmu) and "path" not in vars(fmu)
     ours, theirs = (SensitiveRun(f, by=["k"]).run(2.0) for f in (fmu, whole))
     np.testing.assert_array_equal(ours.derivative, theirs.derivative)
-    assert fmu.path == whole.path and str(fmu.path) in repr(fmu) and fmu.core is None
+    assert fmu.path == whole.path and "built when" not in repr(fmu) and fmu.core is None
     assert engine_of(fmu, runs_alone=True) is engine_of(fmu)
     assert pickle.loads(pickle.dumps(fmu)).sha256 == whole.sha256
 

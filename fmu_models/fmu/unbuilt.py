@@ -1,7 +1,7 @@
 """A model of this suite of which no library is built yet: runs build the part that they need, all else the whole.
 
 load       ->  the sources and the description are there
-a run      ->  the core is compiled (engine/core.c), in half the time of the whole
+a run      ->  the core is compiled (c/core.c), in half the time of the whole
 path, or any other use of the library  ->  the FMU is completed in the user's cache, as ``export`` writes it
 """
 
@@ -51,7 +51,7 @@ class UnbuiltFmu(Fmu):
             if not library.is_file():
                 folder = self.sources
                 texts = {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*.[ch]")}
-                texts[CORE] = (Path(compiler.__file__).parents[1] / "engine" / CORE).read_bytes()
+                texts[CORE] = (Path(__file__).parent / "c" / CORE).read_bytes()
                 compiler.compile_shared(texts, library, files=(CORE,))
         return library
 

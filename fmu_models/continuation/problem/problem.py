@@ -30,6 +30,7 @@ import numpy as np
 from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.sections.stability import product_eigenvalues
+from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 
 Word = tuple[tuple[str, int, int], ...]
@@ -348,3 +349,26 @@ class Problem(ABC):
         """(..., n - neutral): those that may change."""
         indices = np.sort(np.argsort(np.abs(multipliers - 1.0), axis=-1)[..., self.neutral :], axis=-1)
         return np.take_along_axis(multipliers, indices, axis=-1)
+
+
+class OscillatorProblem(Problem):
+    """Of an oscillator, with values of parameters and inputs that are not at their default."""
+
+    strobe: Strobe
+
+    @property
+    def states(self) -> tuple[str, ...]:  # type: ignore[override]
+        return tuple(self.strobe.fmu.states)
+
+    @property
+    def cyclic(self) -> list[int]:
+        """Places of the states upon which nothing depends; of an FMU of others, which tells none, none."""
+        return self.strobe.drifting if self.strobe.fmu.ours else []
+
+    @property
+    def system(self) -> Strobe:
+        return self.strobe
+
+    def present(self, name: str) -> float:
+        value = self.strobe.values.get(name)
+        return self.strobe.fmu.start_of(name) if value is None else float(value)

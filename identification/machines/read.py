@@ -52,11 +52,8 @@ def is_recipe(reference: str) -> bool:
 
 def machine_at(reference: str, gravity: Sequence[float] = (), columns: Mapping[str, str] | None = None) -> Machine:
     """The machine that a declaration, a URDF or a recipe stands for, and how its logs are read. gravity, columns: as in
-    `declared_machine` and `read_machine_log`; a recipe has its own.
-
-    Raises:
-        StickslipError: as in `declared_machine` or `recipe_machine`, or what a recipe has itself is given.
-    """
+    `declared_machine` and `read_machine_log`; a recipe has its own. StickslipError: as in `declared_machine` or
+    `recipe_machine`, or what a recipe has itself is given."""
     if not is_recipe(reference):
         return DeclaredMachine(declared_machine(reference, gravity), dict(columns or {}))
     if gravity or columns:

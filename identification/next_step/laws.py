@@ -105,11 +105,8 @@ def compare_contacts(
     logs: Sequence[RigLog] | Pool, *, progress: Callable[[float], None] | None = None
 ) -> LawComparison:
     """Compare a rigid contact with bristles (LuGre) before the same law (Conti's), by the output error of whole cycles,
-    in which alone the two differ.
-
-    Raises:
-        StickslipError: the logs cannot be followed through whole cycles by both, or as in `compare_problems`.
-    """
+    in which alone the two differ. StickslipError: the logs cannot be followed through whole cycles by both, or as in
+    `compare_problems`."""
     ready = logs if isinstance(logs, Pool) else pool(logs)
     names = [motion.log.name for motion in ready.motions]
     estimates = {}

@@ -172,11 +172,7 @@ def told(kind: str, node: Node, z: Vector) -> CurvePoint:
 
 def closed_form_of(node: Node, formula: Formula, parameters: Mapping[str, float]) -> ClosedForm:
     """A formula for what is shown of motions like one, with values of the parameters in it that are not given as that
-    has them.
-
-    Raises:
-        StickslipError: a name that is no parameter, or the parameter that it is to be of.
-    """
+    has them. StickslipError: a name that is no parameter, or the parameter that it is to be of."""
     problem, values = node.problem, dict(parameters)
     for name in formula.names:
         if name == problem.second:

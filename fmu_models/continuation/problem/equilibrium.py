@@ -186,11 +186,8 @@ def problem_at(
     point: Vector,
     between: tuple[float, float],
 ) -> EquilibriumProblem:
-    """The problem of a model near a point.
-
-    Raises:
-        StickslipError: no such parameter, one of the values is none that it can have, something forces the motion.
-    """
+    """The problem of a model near a point. StickslipError: no such parameter, one of the values is none that it can
+    have, something forces the motion."""
     fmu = field.fmu
     fmu.refuse_cones("equilibria")
     check_names(fmu, "parameter or input", {over: None}, numbers_of(fmu))

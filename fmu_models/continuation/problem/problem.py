@@ -158,11 +158,7 @@ class Seen:
 
 
 def range_of(over: str, between: tuple[float, float]) -> tuple[float, float]:
-    """The least and the largest value of a parameter.
-
-    Raises:
-        StickslipError: they are no range.
-    """
+    """The least and the largest value of a parameter. StickslipError: they are no range."""
     low, high = sorted(float(bound) for bound in between)
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
@@ -232,22 +228,14 @@ class Problem(ABC):
 
     @abstractmethod
     def opened(self, second: str) -> Problem:
-        """The same over two parameters.
-
-        Raises:
-            StickslipError: no such parameter.
-        """
+        """The same over two parameters. StickslipError: no such parameter."""
 
     @abstractmethod
     def present(self, name: str) -> float:
         """The value of a parameter that is not an unknown."""
 
     def value_within(self, between: tuple[float, float]) -> float:
-        """The present value of the parameter.
-
-        Raises:
-            StickslipError: it is out of a range.
-        """
+        """The present value of the parameter. StickslipError: it is out of a range."""
         value = self.present(self.over)
         if not between[0] <= value <= between[1]:
             raise StickslipError(
@@ -258,18 +246,11 @@ class Problem(ABC):
 
     @abstractmethod
     def see(self, z: Vector) -> Seen:
-        """The run from z.
-
-        Raises:
-            StickslipError: there is none, or it has no derivative.
-        """
+        """The run from z. StickslipError: there is none, or it has no derivative."""
 
     def missed(self, z: Vector) -> Vector | None:
-        """The residual at z alone, where that costs far less than its derivatives; else None.
-
-        Raises:
-            StickslipError: there is no run.
-        """
+        """The residual at z alone, where that costs far less than its derivatives; else None. StickslipError: there is
+        no run."""
         return None
 
     def how(self, z: Vector, seen: Seen) -> str:

@@ -105,11 +105,8 @@ def read_machine_log(
     """A log of a machine's positions and efforts, in the units of the declaration.
 
     columns: column by name of a coordinate, effort or ``time``, ``normal_force`` or ``temperature``, where they differ;
-    reader: as in `rig_io.read_log`.
-    Rows with an empty cell are left out. A recorded velocity is compared with the position's.
-
-    Raises:
-        StickslipError: a column is not there, of another unit, or hardly filled.
+    reader: as in `rig_io.read_log`. Rows with an empty cell are left out. A recorded velocity is compared with the
+    position's. StickslipError: a column is not there, of another unit, or hardly filled.
     """
     table = read_columns(path, reader=reader)
     named = dict(columns or {})

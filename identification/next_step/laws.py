@@ -39,10 +39,7 @@ def compare_laws(
 
     logs: as for `fit_friction`; laws: as `find_law` takes them; all of slip speed alone if None; disturbances: as for
     `fit_friction`. "auto": those that slips show without a law are estimated beside every law. Laws that the weak form
-    finds far off are left aside.
-
-    Raises:
-        StickslipError: as in `compare_problems`, or the logs cannot be fitted.
+    finds far off are left aside. StickslipError: as in `compare_problems`, or the logs cannot be fitted.
     """
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = slip_laws() if laws is None else {find_law(name).name: find_law(name) for name in laws}

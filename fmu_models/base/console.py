@@ -19,6 +19,7 @@ import typer
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import FULL
 from fmu_models.base.pace import Pace, spoken
+from fmu_models.base.plain_options import PlainGroup
 from fmu_models.base.printable import in_line, printable, printable_json
 from fmu_models.base.table import table as table
 from fmu_models.base.trust import command_line, everything
@@ -58,6 +59,7 @@ Contacts = Annotated[
 def app(help_text: str, *, no_args_is_help: bool = True, completion: bool = False) -> typer.Typer:
     """A group of commands in the common style; ``completion`` adds the options that set it up in a shell."""
     return typer.Typer(
+        cls=PlainGroup,
         help=help_text,
         no_args_is_help=no_args_is_help,
         rich_markup_mode="rich",

@@ -33,14 +33,8 @@ SAME = 1e-9  # special points of two branches that lie no further apart are one
 
 
 def branch(system: SectionSystem, over: str, between: tuple[float, float], **options: Any) -> Branch:
-    """Follow the periodic motion near a start over a parameter, both ways, and none that leaves it.
-
-    Args:
-        system, over, between, options: As for ``branches``.
-
-    Raises:
-        StickslipError: As ``branches``.
-    """
+    """Follow the periodic motion near a start over a parameter, both ways, and none that leaves it. system, over,
+    between, options: As for ``branches``. StickslipError: As ``branches``."""
     return branches(system, over, between, **{**options, "switch": False}).branches[0]
 
 
@@ -161,15 +155,8 @@ class Branches(Pictured):
         self, second: str, between: tuple[float, float], points: int = 500, *, only: str | None = None
     ) -> Curves:
         """Those of all special points; see ``Special.curve``. One that two branches meet is followed once; where one
-        could not be followed, the others say why.
-
-        Args:
-            only: the kind of those that are followed.
-
-        Raises:
-            StickslipError: there is none that could be followed, no such parameter, a range that does not hold its
-                present value.
-        """
+        could not be followed, the others say why. only: the kind of those that are followed. StickslipError: there is
+        none that could be followed, no such parameter, a range that does not hold its present value."""
         curves: list[Curve] = []
         failures: list[str] = []
         tried: list[Special] = []

@@ -42,11 +42,8 @@ def read_loop(
     """A log of force against displacement. path: of a file of any kind that is read; columns: by role (way, force,
     time, load) where names do not tell; units: by role, where the file does not state them and they are not m, N and s;
     reader: of the user, for a kind of file of his own; signals: names of columns that are kept in units of their own,
-    where there are such.
-
-    Raises:
-        StickslipError: the file cannot be read, a column is missing or has no numbers, loops that run backwards.
-    """
+    where there are such. StickslipError: the file cannot be read, a column is missing or has no numbers, loops that run
+    backwards."""
     path = Path(path)
     table = read_table(path, reader)
     named = columns_by_role(table, columns or {}, ROLES, ("way", "force"), NAMELESS)

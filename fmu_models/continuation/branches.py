@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import Spanned
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.begin import begin_of, problem_of
 from fmu_models.continuation.branch import MULTIPLIER, PERIOD, Branch, both_ways, followed_from, made
@@ -123,6 +124,11 @@ class Branches(Pictured):
     def over(self) -> str:
         """Name of the parameter."""
         return self.branches[0].over
+
+    @property
+    def spanned(self) -> Spanned:
+        """The parameter, and what is shown of the motions."""
+        return Spanned(self.over, self.of, (self.over,), self.branches[0].states)
 
     @property
     def how(self) -> str:

@@ -135,8 +135,10 @@ def numbers_by_role(
 
 
 def checked(log: LoopLog) -> LoopLog:
-    """The log with its force the right way round, and with what its user should know. StickslipError: a way or force
-    that never changes, a load that is always zero, columns that are swapped."""
+    """The log with its force the right way round, and with what its user should know; itself where it was checked
+    before. StickslipError: a way or force that never changes, a load that is always zero, columns that are swapped."""
+    if log.checked:
+        return log
     if log.range == 0 or np.ptp(log.force) == 0:
         raise StickslipError(
             f"{log.name}: its {'way' if log.range == 0 else 'force'} never changes. Check the columns."
@@ -172,4 +174,6 @@ def checked(log: LoopLog) -> LoopLog:
         )
     if log.load is not None and np.min(np.abs(log.load)) < NO_LOAD * np.median(np.abs(log.load)):
         notes.append(f"The load of {log.name} is near zero at times: there its force says little of the law.")
-    return replace(log, notes=tuple(dict.fromkeys(notes)))
+    log = replace(log, notes=tuple(dict.fromkeys(notes)))
+    object.__setattr__(log, "checked", True)
+    return log

@@ -52,10 +52,10 @@ def watch_table(state: WatchState, last: int = SHOWN) -> PrintedTable:
 
 def draw_value(state: WatchState, name: str, axes: Axes) -> None:
     """A value against time: points with 95 % intervals (noise: the rig is one), EWMA with its limits."""
-    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
 
     entries = [entry for entry in state.fitted() if name in entry.values]
-    at = [datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC) for entry in entries]
+    at = date2num([datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC) for entry in entries])
     value, sd = (np.array([entry.values[name][i] for entry in entries]) for i in (0, 1))
     chart = control_chart(value, sd)
     axes.errorbar(at, value, 1.96 * sd, fmt="o", markersize=3.5, color="#0072b2", capsize=2, label="log, 95 % (noise)")
@@ -63,7 +63,7 @@ def draw_value(state: WatchState, name: str, axes: Axes) -> None:
     axes.fill_between(at, chart.low, chart.high, color="0.85", label="limits")
     if chart.out.any():
         out = np.flatnonzero(chart.out)
-        axes.plot([at[i] for i in out], value[out], "s", markersize=8, mfc="none", color="#d55e00", label="out")
+        axes.plot(at[out], value[out], "s", markersize=8, mfc="none", color="#d55e00", label="out")
     locator = AutoDateLocator(minticks=2, maxticks=5)
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))

@@ -47,7 +47,7 @@ def test_a_value_is_drawn_over_the_time_of_its_logs(state: WatchState) -> None:
     (points, _, (bars,)) = panels[0].containers[0]  # type: ignore[misc]
     assert points.get_ydata() == pytest.approx(MU)
     days = date2num([datetime.datetime.fromtimestamp(BEGIN + 60 * k, datetime.UTC) for k in range(5)])
-    assert date2num(points.get_xdata()) == pytest.approx(days, abs=1e-6)
+    assert points.get_xdata() == pytest.approx(days, abs=1e-6)
     ends = np.array([segment[:, 1] for segment in bars.get_segments()])
     assert ends == pytest.approx(np.array([(mu - 0.0196, mu + 0.0196) for mu in MU]))
 

@@ -74,16 +74,25 @@ class PrintedTable:
         """Whether a column is one of numbers."""
         return any(row[index].kind == "number" for row in self.rows)
 
+    def taking(self, *heads: str) -> PrintedTable:
+        """Its first column, then those of some heads."""
+        places = {column.head: place for place, column in enumerate(self.columns)}
+        kept = (0, *(places[head] for head in heads))
+        rows = tuple(tuple(row[i] for i in kept) for row in self.rows)
+        return replace(self, columns=tuple(self.columns[i] for i in kept), rows=rows)
+
     def html(self) -> str:
-        """The table as HTML; its styles are the page's: classes "number", "fail", and "wide" for what may scroll."""
+        """The table as HTML; its styles are the page's: classes "number", "fail", "long" for what takes several lines,
+        and "wide" for what may scroll, by the keyboard too."""
         heads = "".join(
             f'<th scope="col"{_class("number" if self.is_number(index) else "")}>{escape(column.words)}</th>'
             for index, column in enumerate(self.columns)
         )
         rows = "\n".join(f"<tr>{_row(self, row)}</tr>" for row in self.rows)
-        return (
-            f'<div class="wide"><table>\n<caption>{escape(self.title)}</caption>\n<thead><tr>{heads}</tr></thead>\n'
-            f"<tbody>\n{rows}\n</tbody></table></div>"
+        return scrolling(
+            f"<table>\n<caption>{escape(self.title)}</caption>\n<thead><tr>{heads}</tr></thead>\n"
+            f"<tbody>\n{rows}\n</tbody></table>",
+            self.title or "table",
         )
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
@@ -226,10 +235,16 @@ def _block(table: PrintedTable, block: Sequence[tuple[int, int]]) -> RichTable:
     return grid
 
 
+def scrolling(html: str, label: str) -> str:
+    """HTML that scrolls in itself where it is wider than the page, by the keyboard too. label: what a reader hears."""
+    return f'<div class="wide" tabindex="0" role="group" aria-label="{escape(label)}">{html}</div>'
+
+
 def _row(table: PrintedTable, row: tuple[Cell, ...]) -> str:
     html = f'<th scope="row">{_words(row[0])}</th>'
     for index, cell in enumerate(row[1:], 1):
         classes = ["number"] * table.is_number(index) + ["fail"] * (cell.kind == "fail")
+        classes += ["long"] * (max(map(len, cell.words.split("\n"))) > LONGEST)
         html += f"<td{_class(' '.join(classes))}>{_words(cell)}</td>"
     return html
 

@@ -102,11 +102,7 @@ class Branch(SolutionBranch):
         return {self.over: self.values, **named, "special": self.special_amounts}
 
     def measuring(self, amount: Amount) -> Branch:
-        """The same with a quantity of each of its motions.
-
-        Raises:
-            StickslipError: a motion cannot be continued.
-        """
+        """The same with a quantity of each of its motions. StickslipError: a motion cannot be continued."""
         system = self.nodes[0].problem.system
         units = system.units(*self.units)
         units[amount.label] = amount.unit(system.unit_of)

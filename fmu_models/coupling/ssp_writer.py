@@ -67,9 +67,7 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
     """Per unit the values it runs with, and those of a parameter set (.ssv) that are for it, which replace them.
 
     Of several units the one is meant that a name begins with, as "unit.name", or the only one with such a parameter.
-
-    Raises:
-        StickslipError: the file cannot be read, or a name or unit in it is no unit's.
+    StickslipError: the file cannot be read, or a name or unit in it is no unit's.
     """
     fitted_entries: dict[str, list[ParameterEntry]] = {name: [] for name in system.units}
     for full, value, unit in documents.read_parameter_set(fitted) if fitted is not None else ():

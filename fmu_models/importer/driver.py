@@ -253,10 +253,7 @@ class Driver(Shown):
         output_times: ArrayLike | None = None,
     ) -> Batch:
         """What many runs over values of ``names`` have in common. Output times default to the end alone.
-
-        Raises:
-            StickslipError: as for ``run``; a co-simulation; values are looked at when runs are made.
-        """
+        StickslipError: as for ``run``; a co-simulation; values are looked at when runs are made."""
         if self.method in (CO_SIMULATION, SCHEDULED):
             raise StickslipError("A batch needs a method of integration; run a co-simulation once per value.")
         if self.clocks.recorded.names:

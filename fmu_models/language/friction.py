@@ -107,13 +107,10 @@ class Friction(_Rubbing):
         units.known[self.slip_speed] = slip
         label = f"the law of contact '{self.name}'"
         force = units.expect(label, self.law_force, None)
-        if force is not None and slip is not None:
-            units.match(f"slip times force of contact '{self.name}'", units.times(force, slip), "W")
-        if slip is not None:
-            for bound in dict.fromkeys((self.law.capacity, self.law.capacity_minus)):
-                capacity = units.expect(f"what contact '{self.name}' holds in stick", bound, None)
-                if capacity is not None:
-                    units.match(f"slip times what contact '{self.name}' holds", units.times(capacity, slip), "W")
+        units.match(f"slip times force of contact '{self.name}'", units.product(force, slip), "W")
+        for bound in dict.fromkeys((self.law.capacity, self.law.capacity_minus)) if slip is not None else ():
+            capacity = units.expect(f"what contact '{self.name}' holds in stick", bound, None)
+            units.match(f"slip times what contact '{self.name}' holds", units.product(capacity, slip), "W")
         units.known[self.force] = force
         self._check_rates(units)
         self._check_region(units)
@@ -217,12 +214,10 @@ class Cone(_Rubbing):
 
     def check_units(self, units: Dimensions) -> None:
         one, other = (units.expect(f"the slip of contact '{self.name}'", slip, None) for slip in self.slip)
-        if one is not None:
-            units.compare(f"the second slip of contact '{self.name}'", other, one)
+        units.compare(f"the second slip of contact '{self.name}'", other, one)
         units.known[self.slip_speed] = one
         force = units.expect(f"the law of contact '{self.name}'", self.law_force, None)
-        if force is not None and one is not None:
-            units.match(f"slip times force of contact '{self.name}'", units.times(force, one), "W")
+        units.match(f"slip times force of contact '{self.name}'", units.product(force, one), "W")
         for symbol in (self.force, *self.shown):
             units.known[symbol] = force
         self._check_region(units)

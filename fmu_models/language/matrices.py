@@ -67,11 +67,8 @@ class Reduced:
     _stiffness: Any = field(repr=False)
 
     def place(self, degree: str, q: Mapping[str, Coordinate]) -> sympy.Expr:
-        """A degree of freedom, written by the coordinates; of their velocities ``speed`` is the same.
-
-        Raises:
-            StickslipError: none is called so.
-        """
+        """A degree of freedom, written by the coordinates; of their velocities ``speed`` is the same. StickslipError:
+        none is called so."""
         row = self.basis[self._row(degree)]
         return sympy.Add(*(sympy.Float(float(x)) * q[name] for name, x in zip(self.names, row, strict=True) if x))
 
@@ -81,10 +78,7 @@ class Reduced:
 
     def residual(self, degree: str) -> float:
         """The share of its static flexibility, in percent, that a degree of freedom lacks: 0 of those kept.
-
-        Raises:
-            StickslipError: none is called so, or nothing holds the structure.
-        """
+        StickslipError: none is called so, or nothing holds the structure."""
         from scipy.sparse.linalg import splu
 
         row = self._row(degree)

@@ -147,10 +147,7 @@ class Mechanism(Body):
 
     def restricted_to(self, contacts: Iterable[str]) -> Mechanism:
         """The mechanism with these contacts only, without the quantities and outputs that served the others alone.
-
-        Raises:
-            StickslipError: no contact has that name.
-        """
+        StickslipError: no contact has that name."""
         chosen = [self._contact(name) for name in contacts]
         chosen = [contact for contact in self.contacts if contact in chosen]
         if len(chosen) == len(self.contacts):
@@ -167,19 +164,12 @@ class Mechanism(Body):
         )
 
     def law_of(self, name: str) -> Law | StopLaw:
-        """The law of a contact.
-
-        Raises:
-            StickslipError: no contact has that name, or it is rigid and has no law.
-        """
+        """The law of a contact. StickslipError: no contact has that name, or it is rigid and has no law."""
         return self._contact(name).exchangeable_law(self.name)
 
     def with_law(self, **laws: Law | StopLaw) -> Mechanism:
-        """The mechanism with other laws for the contacts named: ``with_law(disc0=LuGre(...))``.
-
-        Raises:
-            StickslipError: no contact has that name, or it is rigid and has no law.
-        """
+        """The mechanism with other laws for the contacts named: ``with_law(disc0=LuGre(...))``. StickslipError: no
+        contact has that name, or it is rigid and has no law."""
         for name in laws:
             self.law_of(name)
         contacts = [

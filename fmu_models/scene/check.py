@@ -64,11 +64,7 @@ KEYS = {
 
 
 def checked_scene(document: Document) -> Scene:
-    """The scene of a document.
-
-    Raises:
-        StickslipError: what is wrong, with its line, what was expected and what to do.
-    """
+    """The scene of a document. StickslipError: what is wrong, with its line, what was expected and what to do."""
     document.check_keys(KEYS)
     return _Check(document).scene()
 

@@ -122,11 +122,8 @@ def _changed(scene: Scene, values: Mapping[str, float]) -> dict[str, dict[str, f
 
 
 def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
-    """Results against the references of the scene.
-
-    Raises:
-        StickslipError: a reference to a result or a value that there is none of.
-    """
+    """Results against the references of the scene. StickslipError: a reference to a result or a value that there is
+    none of."""
     comparisons, departs = [], bool(scene.departs)
     for reference in scene.references:
         panel = [row for row in rows if _same(row.panel, reference.panel)]

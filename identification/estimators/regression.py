@@ -306,11 +306,8 @@ def regress(
 
 
 def reduced(ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options) -> RegressionProblem:
-    """Equations of the pooled slip segments that hold ``window`` natural periods.
-
-    Raises:
-        StickslipError: no segment holds the window, only one does, or friction has the wrong sign.
-    """
+    """Equations of the pooled slip segments that hold ``window`` natural periods. StickslipError: no segment holds the
+    window, only one does, or friction has the wrong sign."""
     period = ready.natural_period
 
     def build(moved: Mapping[str, float]) -> Regression:

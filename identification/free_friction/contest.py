@@ -89,11 +89,8 @@ def contest(
     """The verdict on slips; None where they do not tell friction without a law: those of two discs, or such as no
     torque follows. ready: logs of one rig; segments: their slips; noise_known: whether the noise of their sensors is
     known; otherwise its size is what no friction follows; named: disturbances that are taken for granted, and no
-    others; None: those that the slips show.
-
-    Raises:
-        StickslipError: slips too short for inverse dynamics, or logs that cannot show what is named.
-    """
+    others; None: those that the slips show. StickslipError: slips too short for inverse dynamics, or logs that cannot
+    show what is named."""
     if len(ready.contacts) != 1:
         return None
     bare, samples = slips_of(ready, segments), sum(len(segment.time) for segment in segments)

@@ -32,6 +32,7 @@ class LoopLog(Tabular):
         turned: whether it begins at a far turn, where all sliders that ever slide do; else at rest, without memory.
         known: whether that is so; where nobody knows it, laws seek how they begin, and sliders take it as at rest.
         notes: what was done to it and what it lacks.
+        checked: whether `read.checked` has seen it as it is; a copy with other values is not.
     """
 
     COLUMNS = ("way", "force")
@@ -46,6 +47,7 @@ class LoopLog(Tabular):
     turned: bool = False
     known: bool = True
     notes: tuple[str, ...] = ()
+    checked: bool = field(default=False, init=False)
 
     @property
     def range(self) -> float:

@@ -42,11 +42,8 @@ def read_loop(
     """A log of force against displacement. path: of a file of any kind that is read; columns: by role (way, force,
     time, load) where names do not tell; units: by role, where the file does not state them and they are not m, N and s;
     reader: of the user, for a kind of file of his own; signals: names of columns that are kept in units of their own,
-    where there are such.
-
-    Raises:
-        StickslipError: the file cannot be read, a column is missing or has no numbers, loops that run backwards.
-    """
+    where there are such. StickslipError: the file cannot be read, a column is missing or has no numbers, loops that run
+    backwards."""
     path = Path(path)
     table = read_table(path, reader)
     named = columns_by_role(table, columns or {}, ROLES, ("way", "force"), NAMELESS)
@@ -138,8 +135,10 @@ def numbers_by_role(
 
 
 def checked(log: LoopLog) -> LoopLog:
-    """The log with its force the right way round, and with what its user should know. StickslipError: a way or force
-    that never changes, a load that is always zero, columns that are swapped."""
+    """The log with its force the right way round, and with what its user should know; itself where it was checked
+    before. StickslipError: a way or force that never changes, a load that is always zero, columns that are swapped."""
+    if log.checked:
+        return log
     if log.range == 0 or np.ptp(log.force) == 0:
         raise StickslipError(
             f"{log.name}: its {'way' if log.range == 0 else 'force'} never changes. Check the columns."
@@ -175,4 +174,6 @@ def checked(log: LoopLog) -> LoopLog:
         )
     if log.load is not None and np.min(np.abs(log.load)) < NO_LOAD * np.median(np.abs(log.load)):
         notes.append(f"The load of {log.name} is near zero at times: there its force says little of the law.")
-    return replace(log, notes=tuple(dict.fromkeys(notes)))
+    log = replace(log, notes=tuple(dict.fromkeys(notes)))
+    object.__setattr__(log, "checked", True)
+    return log

@@ -136,30 +136,20 @@ class HysteresisFit(Pictured):
 
     @property
     def best(self) -> FittedLaw:
-        """The law that leaves least.
-
-        Raises:
-            StickslipError: no law was fitted.
-        """
+        """The law that leaves least. StickslipError: no law was fitted."""
         if not self.laws or self.laws[0].why:
             raise StickslipError("No law was fitted to these loops; their sliders are in 'spectrum'.")
         return self.laws[0]
 
     def law(self, name: str = "") -> HysteresisLaw:
-        """A fitted law in numbers (default: the best), for Hysteresis(way=..., law=...).
-
-        Raises:
-            StickslipError: it was not fitted.
-        """
+        """A fitted law in numbers (default: the best), for Hysteresis(way=..., law=...). StickslipError: it was not
+        fitted."""
         fitted = self._fitted(name)
         return LAWS[fitted.name].at(fitted.values)
 
     def model(self, name: str = "") -> Mechanism:
         """A law (default: the best) along a way that an input prescribes; its values are those of the fitted law.
-
-        Raises:
-            StickslipError: it was not fitted.
-        """
+        StickslipError: it was not fitted."""
         return loop_model(LAWS[self._fitted(name).name], rate=self.spectrum.rate)
 
     def _fitted(self, name: str) -> FittedLaw:

@@ -114,10 +114,7 @@ def compare_joint_laws(
 ) -> dict[str, LawComparison]:
     """By joint, laws judged by HAC deviations and parts held out. logs: those of the fit; normal_force: N, of which
     coefficients of friction are, else of the root mean square effort; sign: of velocities, that goes with the laws.
-
-    Raises:
-        StickslipError: as in `motions`; there is no such law; or a log is too short to compare laws by.
-    """
+    StickslipError: as in `motions`; there is no such law; or a log is too short to compare laws by."""
     check_laws(laws)
     regressor = regressor_of(mechanism, fit.known)
     pieces = motions(fit.conditions.relative(logs), regressor.joints, cutoffs_of(fit))

@@ -35,12 +35,9 @@ class BenchPoints:
 
 
 def bench_points(scene: Scene, rows: Sequence[Row], logs: Sequence[RigLog]) -> list[BenchPoints | None]:
-    """What logs show beside each row of a scene that varies a drive; None where no log is of its speed.
-
-    Raises:
-        StickslipError: a scene that varies no drive or whose rows are no motions, logs of none of its speeds, and as
-            ``measured_motions``.
-    """
+    """What logs show beside each row of a scene that varies a drive; None where no log is of its speed. StickslipError:
+    a scene that varies no drive or whose rows are no motions, logs of none of its speeds, and as
+    ``measured_motions``."""
     over = scene.compute.over
     if over not in scene.drives or any(row.trajectory is None for row in rows):
         raise StickslipError(

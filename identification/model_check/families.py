@@ -102,10 +102,8 @@ def compare_families(
 
     logs: of the rig of the fit, not necessarily those fitted; a free decay among them gives the zero of the angle.
     scene: its FMU, start and laws in place of the rig's. uncertainty: of the predicted bifurcation speeds.
-
-    Raises:
-        StickslipError: logs of another rig, of other discs or materials, a log that is no motion, or a law that the FMU
-            does not have.
+    StickslipError: logs of another rig, of other discs or materials, a log that is no motion, or a law that the FMU
+    does not have.
     """
     constants = rig_constants(fit)
     families = measured_motions(logs, float(2 * np.pi * np.sqrt(constants["J"] / constants["k"])))

@@ -138,12 +138,8 @@ def design(
     progress: Callable[[float], None] | None = None,
 ) -> Design:
     """What one more log of ``duration`` s would add, by drive speed (rad/s) and load (N; that of the fit if None), and
-    a plan of so many ``logs``.
-
-    Raises:
-        StickslipError: a speed, load or duration that is not positive, a number of logs that is none, a law with
-            bristles, or a fitted law whose model does not stick and slip at any of the fitted drive speeds.
-    """
+    a plan of so many ``logs``. StickslipError: a speed, load or duration that is not positive, a number of logs that is
+    none, a law with bristles, or a fitted law whose model does not stick and slip at any of the fitted drive speeds."""
     law, rig = find_law(fit.law_reference), fitted_rig(fit)
     _check(fit, law)
     if isinstance(logs, bool) or not isinstance(logs, int) or not 1 <= logs <= MOST:

@@ -170,11 +170,7 @@ class SimulatedLogs:
 class Knowledge:
     """What logs tell together. shared: deviations of what all have in common, by name; by_encoder: whether an encoder
     gave these, or they are what the slips too have left; logged: those that were fitted; stated: mean ln of the
-    deviations that they left.
-
-    Raises:
-        StickslipError: the fitted model does not stick and slip in them.
-    """
+    deviations that they left. StickslipError: the fitted model does not stick and slip in them."""
 
     def __init__(self, shared: Mapping[str, float], by_encoder: bool, logged: Logs, stated: float) -> None:
         self.logged, self.shared, self.by_encoder = logged, shared, by_encoder

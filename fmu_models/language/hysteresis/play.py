@@ -23,11 +23,8 @@ from fmu_models.language.quantities import InternalState
 
 @dataclass(frozen=True)
 class Play(HysteresisLaw):
-    """A backlash of ``w`` (m or rad) to either side before ``law``.
-
-    Raises:
-        StickslipError: a law that moves while its way stands.
-    """
+    """A backlash of ``w`` (m or rad) to either side before ``law``. StickslipError: a law that moves while its way
+    stands."""
 
     law: HysteresisLaw
     w: Expr

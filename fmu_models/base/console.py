@@ -345,5 +345,6 @@ def _complain(text: str) -> None:
 
 def hanging(text: str, width: int, indent: int = 0) -> str:
     """A line broken between words, with what goes on below it indented."""
-    fixed = {"break_long_words": False, "break_on_hyphens": False}
-    return textwrap.fill(text, max(width, indent + 1), subsequent_indent=" " * indent, **fixed)
+    return textwrap.fill(
+        text, max(width, indent + 1), subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False
+    )

@@ -1,4 +1,4 @@
-"""Commands of README and manual on a terminal of 80 columns: no line is longer, and no word or number is broken."""
+"""Commands on a terminal of 80 columns: no line is longer, and no word or number is broken."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import manual
 import pytest
 
 from fmu_models.base import shipped
 
 pty = pytest.importorskip("pty", reason="terminals as POSIX has them")
 COLUMNS = 80
-# what computes nothing, or little; of the pages, or what these name
+# what computes nothing, or little
 CHEAP = (
     *("models", "maps", "scene", "data", "show disc_rig --contacts disc0", "scene disc_rig_class_a --explain"),
     *("map henon --set a=1.2 --period 2 --lyapunov", "map logistic --set r=2.9 --vary r=3.3", "--help", "fit --help"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from identification.inference.uncertainty import LAG_RULE
+from identification.inference.whiteness import BEYOND
 from identification.report import tables
 from identification.report.friction_figure import fitted_law
 
@@ -55,8 +56,8 @@ def certainty(fit: FrictionFit) -> list[str]:
         names = f"coloured in {' and '.join(coloured)} (the deviations allow for it)" if coloured else "white"
         beyond, tried = len(fit.whiteness.beyond), len(fit.whiteness.speeds)
         said.append(
-            f"Residuals: {names} (Ljung-Box, 1 %); beyond 3 standard errors in {beyond} of {tried} ranges of slip "
-            "speed."
+            f"Residuals: {names} (Ljung-Box, 1 %); beyond {BEYOND:g} standard errors in {beyond} of {tried} "
+            "ranges of slip speed."
         )
     if fit.presliding and not fit.presliding.elastic:
         reach = fit.presliding.compliance + 2 * fit.presliding.deviation

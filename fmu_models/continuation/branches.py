@@ -152,8 +152,8 @@ class Branches(Pictured):
         """The points, and what is special beside them."""
         of = [i for i, member in enumerate(self.branches) for _ in member.special]
         places = [count for member in self.branches for count in member.places]
-        told = ("kind", object), ("value", None), ("contact", object)
-        columns = {name: np.array([getattr(s, name) for s in self.special], dtype) for name, dtype in told}
+        fields = ("kind", object), ("value", None), ("contact", object)
+        columns = {name: np.array([getattr(s, name) for s in self.special], dtype) for name, dtype in fields}
         columns |= {"branch": np.array(of, dtype=int), "place": np.array(places, dtype=int)}
         return super().to_xarray().assign({f"special_{name}": ("special", column) for name, column in columns.items()})
 

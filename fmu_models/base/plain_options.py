@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from typer._coercion import RuntimeParam, build_runtime_param
 from typer._param_types import coerce_cli_path
@@ -48,11 +48,11 @@ class _Plain(RuntimeParam):
 
     def _coerce_value(self, value: Any, param: Any, ctx: Any) -> Any:
         info: Any = self.parameter_info
-        kind: Any = self.annotation
+        kind = cast("Any", self.annotation)
         if info.parser is None:
             if kind is str and isinstance(value, str):
                 return value
-            if kind == list[str] and isinstance(value, list | tuple) and all(isinstance(v, str) for v in value):
+            if kind == list[str] and all(isinstance(text, str) for text in value):
                 return list(value)
             if kind is Path and str(Path(value)) == value and info.path_type is None:
                 return coerce_cli_path(Path(value), info, path_type=Path, param=param, ctx=ctx)

@@ -268,8 +268,8 @@ class Driver(Shown):
         first = begun(self.fmu, names)
         prepared = self._prepare(times, first, table, start_time, stop_time)
         prepared.c.event_capacity = 0
-        shown = (*self._states, *self._recorded.names)
-        return Batch(self.fmu, names, first, times, shown, len(self._states), prepared, self._call, self._reason)
+        recorded = (*self._states, *self._recorded.names)
+        return Batch(self.fmu, names, first, times, recorded, len(self._states), prepared, self._call, self._reason)
 
     def _reason(self, status: int, c: ctypes.Structure) -> str:
         """Why a run ended early."""

@@ -94,21 +94,21 @@ class Mechanism(Body):
         """
         mass, dampers, stiffness = matrices_of(M, C, K)
         kg, per_speed, per_way = (
-            Parameter(f"{what}_factor", 1.0, unit, f"factor of the {what} matrix", positive=what == "mass")
-            for what, unit in (("mass", "kg"), ("damping", "N s/m"), ("stiffness", "N/m"))
+            Parameter(f"{quantity}_factor", 1.0, unit, f"factor of the {quantity} matrix", positive=quantity == "mass")
+            for quantity, unit in (("mass", "kg"), ("damping", "N s/m"), ("stiffness", "N/m"))
         )
         q = {
             own: Coordinate(identifier(own), "m", f"displacement {own}", velocity=f"v_{identifier(own)}")
             for own in names_of(mass.shape[0], names)
         }
-        ways, speeds = list(q.values()), [x.v for x in q.values()]
+        coordinates, speeds = list(q.values()), [x.v for x in q.values()]
         return cls(
             name=name,
             title=title,
             source=source,
-            coordinates=[ways[row] for row in narrow_order(mass)],
+            coordinates=[coordinates[row] for row in narrow_order(mass)],
             kinetic_energy=kg * quadratic(mass, speeds),
-            potential_energy=per_way * quadratic(stiffness, ways),
+            potential_energy=per_way * quadratic(stiffness, coordinates),
             dissipation=per_speed * quadratic(dampers, speeds),
             applied=applied(q),
             contacts=contacts(q),

@@ -294,8 +294,8 @@ def regress(
     if build is None or not any(term.prior for term in problem.terms):
         return problem, solution
     # what is known beforehand weighs against residuals of unit variance
-    left = solution.evaluation.residual
-    deviation = float(np.sqrt(left @ left / (len(left) - len(solution.values))))
+    residual = solution.evaluation.residual
+    deviation = float(np.sqrt(residual @ residual / (len(residual) - len(solution.values))))
 
     def scaled(moved: Mapping[str, float]) -> Regression:
         these = build(moved)

@@ -144,8 +144,8 @@ def _family(
         raise SwayedError(" ".join(left_out))
     fixed, notes = _fixed_speeds(motions, varied)
     notes = (*(f"Log '{member.log}' {member.settling.words}." for member in members if member.settling), *notes)
-    kept = {member.log for member in members}
-    sways = (words for motion in motions if motion.log.name in kept for words in swayed(motion))
+    kept_logs = {member.log for member in members}
+    sways = (words for motion in motions if motion.log.name in kept_logs for words in swayed(motion))
     notes = (*followed_in(fit.structure), *left_out, *sways, *notes)
     if fixed is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)

@@ -62,8 +62,8 @@ def read_series(
     by_role = columns_by_role(table, {"time": time} if time else {}, TIME if not rate else {}, (), {})
     clock = by_role.get("time")
     clock = clock if clock in others else None
-    wanted = list(columns) or [name for name in table.columns if name != clock]
-    return [_series(table, name, clock, rate) for name in wanted]
+    chosen = list(columns) or [name for name in table.columns if name != clock]
+    return [_series(table, name, clock, rate) for name in chosen]
 
 
 def _series(table: Table, column: str, clock: str | None, rate: float | None) -> Series:

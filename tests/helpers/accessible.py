@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 AXE = "axe_playwright_python"
-RUN = """axe.run(document, {resultTypes: ["violations"]}).then(({ violations }) => violations
+RUN = """axe.run(document, {iframes: false, resultTypes: ["violations"]}).then(({ violations }) => violations
   .filter(({ impact }) => %s.includes(impact))
   .flatMap(({ id, impact, nodes }) => nodes.map(
     ({ target, html }) => `${impact} ${id}: ${target.join(" ")} ${html.slice(0, 120)}`)))"""

@@ -262,5 +262,5 @@ def _made(kind: str, condition: Condition, directions: Ways) -> Curve:
     family |= {name: getattr(problem, name) for name in ("over", "second")}
     columns: dict[str, Any] = {"values": values, "seconds": seconds, "periods": periods, "multipliers": multipliers}
     columns["points"] = np.array([list(point.state.values()) for point in points])
-    rest: dict[str, Any] = {"meetings": special, "ends": ends, "nodes": tuple(nodes), "condition": condition}
-    return Curve(kind=kind, **family, **columns, **rest)
+    settings: dict[str, Any] = {"meetings": special, "ends": ends, "nodes": tuple(nodes), "condition": condition}
+    return Curve(kind=kind, **family, **columns, **settings)

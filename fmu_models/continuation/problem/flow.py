@@ -268,8 +268,8 @@ class FlowProblem(OscillatorProblem):
         moved = self.strobe.at(**self.values(z)).trajectory(point, np.linspace(0, length, 65))
         values = np.array([moved[name] for name in self.states])
         swings, largest = np.ptp(values, axis=1) / 2, np.abs(values).max(axis=1)
-        rest = RESTS * largest.max()
-        sizes = np.where(swings > rest, swings, np.where(largest > rest, largest, 1.0))
+        floor = RESTS * largest.max()
+        sizes = np.where(swings > floor, swings, np.where(largest > floor, largest, 1.0))
         sizes *= math.sqrt(max(1.0, len(sizes) / LARGE))  # of many states u changes as much as of a few
         return np.array([*sizes, *([length] if self.autonomous else []), abs(between[1] - between[0])])
 

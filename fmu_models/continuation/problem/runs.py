@@ -61,8 +61,8 @@ class Runs:
         derivative."""
         request = whole_run.Request(np.array(times, dtype=float), self._states)
         mixed = mixtures(len(x)) if self.large else None
-        how = self._initial(x, values), times[0], self._tolerance, mixed
-        result, by, by_times, one_sided = self._differentiator.run(request, *how)
+        arguments = self._initial(x, values), times[0], self._tolerance, mixed
+        result, by, by_times, one_sided = self._differentiator.run(request, *arguments)
         passage = self._differentiator.passage
         assert passage is not None
         if mixed is not None:

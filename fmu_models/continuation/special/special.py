@@ -129,8 +129,8 @@ class Special(SpecialPoint):
         Raises:
             StickslipError: a kind that has no curve, no such parameter, a range that does not hold its present value.
         """
-        met = self.touch or self.collision
-        miss = met.miss if met else None
+        meeting = self.touch or self.collision
+        miss = meeting.miss if meeting else None
         return curve_of(self.kind, self.node, miss, second, between, self.between, points)
 
     def at(self, turns: float) -> Vector:

@@ -105,8 +105,8 @@ class Hysteresis(Contact):
     def _symbols(self, row: str, unit: str) -> tuple[ContactSymbol, ContactSymbol, ContactSymbol]:
         names = {"force": per_second(unit), "value": unit, "sign": "1"}
         force, value, sign = (
-            ContactSymbol._create(f"{self.name}_{row}_{what}", of, f"{what} of {row} of {self.name}")
-            for what, of in names.items()
+            ContactSymbol._create(f"{self.name}_{row}_{quantity}", of, f"{quantity} of {row} of {self.name}")
+            for quantity, of in names.items()
         )
         return force, value, sign
 

@@ -30,8 +30,8 @@ class Play(HysteresisLaw):
     w: Expr
 
     def __post_init__(self) -> None:
-        known = isinstance(self.law, HysteresisLaw)
-        if not known or not (isinstance(self.law, Sliders) or self._rests()):
+        has_memory = isinstance(self.law, HysteresisLaw)
+        if not has_memory or not (isinstance(self.law, Sliders) or self._rests()):
             raise StickslipError(
                 "Play stands before a law that rests while its way does, such as MaxwellSlip, Dahl or BoucWen; found "
                 f"{type(self.law).__name__}. Declare a body without friction between the play and the force."

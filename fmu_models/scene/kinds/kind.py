@@ -121,8 +121,8 @@ def section_at(
         ((state, value),) = computation.level.items()
         if computation.returns:
             section = Section(state, value, -1 if computation.down else 1)
-            how: dict[str, Any] = {"cap": computation.cap, "start": start, "accept": computation.accept}
-            return ReturnMap(fmu, computation.returns, section=section, **how, parameters=common["parameters"])
+            options: dict[str, Any] = {"cap": computation.cap, "start": start, "accept": computation.accept}
+            return ReturnMap(fmu, computation.returns, section=section, **options, parameters=common["parameters"])
         return Crossing(fmu, state, value, -1 if computation.down else 1, **common)
     return Strobe(fmu, every=computation.periods, autonomous=computation.autonomous, **common)
 

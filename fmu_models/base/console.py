@@ -7,6 +7,7 @@ import inspect
 import json
 import os
 import sys
+import textwrap
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -335,4 +336,15 @@ def warn(text: str) -> None:
 
 
 def _complain(text: str) -> None:
-    print(f"stickslip: {printable(text)}", file=sys.stderr)
+    said = f"stickslip: {printable(text)}"
+    if sys.stderr.isatty():  # a terminal itself would break lines within words
+        width = os.get_terminal_size(sys.stderr.fileno()).columns
+        said = "\n".join(hanging(line, width) for line in said.split("\n"))
+    print(said, file=sys.stderr)
+
+
+def hanging(text: str, width: int, indent: int = 0) -> str:
+    """A line broken between words, with what goes on below it indented."""
+    return textwrap.fill(
+        text, max(width, indent + 1), subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False
+    )

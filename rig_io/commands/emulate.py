@@ -178,7 +178,7 @@ def _emulate_others(kind: str, folder: Path | None, texts: list[str], seed: int,
     command = "hysteresis" if kind == "loop" else "decay"
 
     def say(out: console.Console) -> None:
-        out.print(f"[bold]{folder}[/bold]: {len(made)} emulated logs, seed {seed}")
+        out.print(f"[bold]{folder}[/bold]: {len(made)} emulated log{'s' * (len(made) > 1)}, seed {seed}")
         rows = [[f"{log.name}.csv", f"{len(next(iter(log.columns.values())))}", ", ".join(log.columns)] for log in made]
         out.print(console.table("", ("log", ">samples", "columns"), rows))
         out.print(f"Fit them:  stickslip {command} {folder}/*.csv")
@@ -242,7 +242,9 @@ def _emulate(folder: Path, settings: list[Emulation], material: str, seed: int, 
 
 
 def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: console.Console) -> None:
-    out.print(f"[bold]{folder}[/bold]: {len(settings)} emulated logs, {material}, seed {seed}")
+    out.print(
+        f"[bold]{folder}[/bold]: {len(settings)} emulated log{'s' * (len(settings) > 1)}, {material}, seed {seed}"
+    )
     rows = [
         [
             *(f"{emulation.name}.csv", f"{emulation.duration:g}"),

@@ -4,6 +4,7 @@
 #include "signals.h"
 
 #include <stdarg.h>
+#include <stddef.h>
 #include <stdio.h>
 
 const Tolerances run_default_tolerances = {
@@ -104,7 +105,7 @@ void run_shift_time(Run *r, double by)
 
 void run_reset(Run *r)
 {
-    memset(r, 0, sizeof *r);
+    memset(r, 0, offsetof(Run, linear));
     r->tolerances = run_default_tolerances;
     r->horizon = INFINITY;
     r->goal = -INFINITY;

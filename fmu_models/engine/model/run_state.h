@@ -133,7 +133,6 @@ typedef struct {
     int segment_rooted; /* its series run in the square root of time */
     double segment_start, segment_length;
     int segment_linear; /* of its series those that it needs itself are there, by sums of this mode, from 1; else 0 */
-    LinearMode linear[LINEAR_MODES]; /* of these parameters */
     int linear_count;
     Section section;
     Jets jets;                       /* of the step */
@@ -155,7 +154,8 @@ typedef struct {
     void *look_context;
     double pace_start; /* where the present pace is taken from, at how many steps and events */
     long pace_first_step, pace_first_event;
-    char message[256]; /* reason of the last RUN_ERROR */
+    char message[256];               /* reason of the last RUN_ERROR */
+    LinearMode linear[LINEAR_MODES]; /* of these parameters, so many of them; the last, for a reset leaves them out */
 } Run;
 
 /* told of every change of contact state */

@@ -13,6 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from fmu_models.base.cache import digest
+from fmu_models.base.files import is_sealed, seal, write_whole
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.toolchain import compiler
 from fmu_models.toolchain.platforms import this_platform
@@ -44,15 +46,17 @@ class UnbuiltFmu(Fmu):
     @property
     def core(self) -> Path | None:
         """The library that makes whole runs alone; None once the whole is there. StickslipError: the compiler fails."""
-        library = self.folder / f"core{this_platform().suffix}"
+        text = (Path(__file__).parent / "c" / CORE).read_bytes()
+        library = self._opened.path.with_name(f"{digest(text)}{this_platform().suffix}")  # beside it, for the next run
         with self._lock:
             if "path" in vars(self):
                 return None
-            if not library.is_file():
+            if not is_sealed(library):
                 folder = self.sources
                 texts = {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*.[ch]")}
-                texts[CORE] = (Path(__file__).parent / "c" / CORE).read_bytes()
-                compiler.compile_shared(texts, library, files=(CORE,))
+                with write_whole(library, overwrite=True) as temporary:
+                    compiler.compile_shared({**texts, CORE: text}, temporary, files=(CORE,))
+                seal(library)
         return library
 
     def _contents(self) -> dict[str, object]:

@@ -201,3 +201,10 @@ static inline int contact_is_open(const Run *r, int c)
 {
     return MODEL_IMPACTS > 0 && model_contact_impulsive[c] && r->at.state[c] == CONTACT_AWAY;
 }
+
+/* whether the slip speed or switching function of a contact decides events of its own accord, even where its force is
+   zero: it may be any function of states, inputs and time */
+static inline int slip_decides(const Run *r, const Jets *j, int c)
+{
+    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : j->sign[c] != 0.0;
+}

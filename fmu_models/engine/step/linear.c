@@ -46,7 +46,7 @@ static void note_read(const Run *r, const Jets *j, LinearMode *m)
     m->rows = MODEL_NX;
     for (int c = 0; c < MODEL_NC; c++) {
         const int sticks = r->at.state[c] == CONTACT_STICK;
-        const int slips = !sticks && r->at.state[c] != CONTACT_AWAY && (j->sign[c] != 0.0 || MODEL_NQ == 0);
+        const int slips = r->at.state[c] != CONTACT_AWAY && slip_decides(r, j, c);
         const int read[Y_KINDS] = {slips,
                                    model_contact_bounded[c] && !contact_is_closed(r, c),
                                    contact_is_held(r->at.state, c),

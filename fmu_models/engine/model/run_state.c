@@ -4,6 +4,7 @@
 #include "signals.h"
 
 #include <stdarg.h>
+#include <stddef.h>
 #include <stdio.h>
 
 const Tolerances run_default_tolerances = {
@@ -51,7 +52,7 @@ void run_touched(Run *r)
 void run_parameters_changed(Run *r)
 {
     run_touched(r);
-    r->linear_count = 0;
+    r->linear_known = 0;
     model_prepare(r->at.p, r->at.d);
     model_inertia(r->at.p, r->at.d, &r->jets, 0);
     model_inertia(r->at.p, r->at.d, &r->scratch, 0);
@@ -104,7 +105,7 @@ void run_shift_time(Run *r, double by)
 
 void run_reset(Run *r)
 {
-    memset(r, 0, sizeof *r);
+    memset(r, 0, offsetof(Run, linear));
     r->tolerances = run_default_tolerances;
     r->horizon = INFINITY;
     r->goal = -INFINITY;

@@ -133,8 +133,7 @@ typedef struct {
     int segment_rooted; /* its series run in the square root of time */
     double segment_start, segment_length;
     int segment_linear; /* of its series those that it needs itself are there, by sums of this mode, from 1; else 0 */
-    LinearMode linear[LINEAR_MODES]; /* of these parameters */
-    int linear_count;
+    int linear_known;   /* the modes below are of the present parameters and tolerance */
     Section section;
     Jets jets;                       /* of the step */
     Jets scratch;                    /* of evaluations at one instant */
@@ -156,6 +155,10 @@ typedef struct {
     double pace_start; /* where the present pace is taken from, at how many steps and events */
     long pace_first_step, pace_first_event;
     char message[256]; /* reason of the last RUN_ERROR */
+    /* kept from run to run, for the next one of the same parameters and tolerance */
+    LinearMode linear[LINEAR_MODES];
+    int linear_count;
+    double linear_parameters[MODEL_ROOM(MODEL_NP)], linear_tolerance;
 } Run;
 
 /* told of every change of contact state */

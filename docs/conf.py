@@ -1,4 +1,4 @@
-"""Sphinx's settings for the manual: `stickslip docs` builds it, or `sphinx-build -W docs build/docs`.
+"""Sphinx's settings for the manual: `stickslip docs --build` builds it, or `sphinx-build -W docs build/docs`.
 
 Pages are Markdown. One that begins with `file_format: mystnb` is a notebook: its code cells run, in an empty folder of
 its own, whenever the page is built, and an error in a cell fails the build; so does a command, `!stickslip ...`, that
@@ -27,14 +27,14 @@ version = release = __version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "made.gallery"]
 html_math_renderer = "mathml"
-exclude_patterns = ["kernel", "made"]
+exclude_patterns = ["kernel", "made", "site"]
 root_doc = "index"
 
 html_theme = "furo"
 html_title = f"stickslip {release}"
 html_static_path = ["static"]
 html_css_files = ["manual.css"]
-html_show_sourcelink = False
+html_show_sourcelink = html_copy_source = False
 
 myst_enable_extensions = ["dollarmath", "colon_fence", "deflist", "attrs_inline"]
 myst_heading_anchors = 3

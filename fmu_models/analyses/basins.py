@@ -18,6 +18,7 @@ from fmu_models.analyses.uncertainty import uncertainty_exponent
 from fmu_models.analyses.unforced import LONGEST, MOST, Most, mirror_images
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import Spanned
 from fmu_models.base.shown import Pictured
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
 from fmu_models.families.store import PROVENANCE, told
@@ -118,6 +119,12 @@ class Basins(Pictured):
     def uncertainty(self) -> tuple[float, float]:
         """The uncertainty exponent of the borders with its standard error; see ``uncertainty``."""
         return uncertainty_exponent(self.labels)
+
+    @property
+    def spanned(self) -> Spanned | None:
+        """The states of the start, where there are two."""
+        names = tuple(self.axes)
+        return Spanned(names[0], names[1], states=self.states) if len(names) == 2 else None
 
     def to_xarray(self) -> "xarray.Dataset":
         """The grid with its axes."""

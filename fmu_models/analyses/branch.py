@@ -24,6 +24,7 @@ from fmu_models.analyses.shares import corners_of
 from fmu_models.analyses.unforced import at_its_cycle
 from fmu_models.base.arrays import Vector
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import Spanned
 from fmu_models.base.formula import Formula
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.branch import MULTIPLIER, PERIOD
@@ -72,6 +73,11 @@ class Followed(Pictured):
     def how(self) -> str:
         """Where rates and steps come from; see ``SectionSystem.how``."""
         return "" if self.curves else self.branch.how
+
+    @property
+    def spanned(self) -> Spanned | None:
+        """As what is shown."""
+        return self.shown.spanned
 
     @property
     def frame(self) -> "pandas.DataFrame":

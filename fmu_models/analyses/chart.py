@@ -24,6 +24,7 @@ from fmu_models.analyses.attractors import claimed
 from fmu_models.analyses.declaration import CROSSED, PARAMETERS, Analysis, Option
 from fmu_models.base.arrays import Flags, Integers, Varied, Vector
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import Spanned
 from fmu_models.base.shown import Pictured
 from fmu_models.families import jobs as families
 from fmu_models.families.execution import IN_MEMORY, Execution, Runner
@@ -88,6 +89,11 @@ class Chart(Pictured):
     def names(self) -> NDArray[Any]:
         """The class of each cell; "" where it has none."""
         return np.array([*self.classes, ""], dtype=object)[self.labels]
+
+    @property
+    def spanned(self) -> Spanned:
+        """The two parameters."""
+        return Spanned(*self.axes, parameters=tuple(self.axes))
 
     def to_xarray(self) -> "xarray.Dataset":
         """The grid with its axes."""

@@ -19,6 +19,7 @@ from fmu_models.analyses.declaration import SHOWN, VALUES, Analysis, Option
 from fmu_models.analyses.unforced import at_maxima
 from fmu_models.base.arrays import Integers, Vector
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import Spanned
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.branch import Branch
 from fmu_models.continuation.branches import Branches
@@ -137,6 +138,11 @@ class Diagram(Pictured):
     def refused(self) -> list[str]:
         """``failures`` in words."""
         return [f"{direction}, {self.over} = {value:g}: {why}" for (direction, value), why in self.failures.items()]
+
+    @property
+    def spanned(self) -> Spanned:
+        """The parameter, and what is shown of the motions."""
+        return Spanned(self.over, self.of, (self.over,), self.states)
 
     @property
     def frame(self) -> "pandas.DataFrame":

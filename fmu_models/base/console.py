@@ -7,6 +7,7 @@ import inspect
 import json
 import os
 import sys
+import textwrap
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -19,6 +20,7 @@ import typer
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import FULL
 from fmu_models.base.pace import Pace, spoken
+from fmu_models.base.plain_options import PlainGroup
 from fmu_models.base.printable import in_line, printable, printable_json
 from fmu_models.base.table import table as table
 from fmu_models.base.trust import command_line, everything
@@ -58,6 +60,7 @@ Contacts = Annotated[
 def app(help_text: str, *, no_args_is_help: bool = True, completion: bool = False) -> typer.Typer:
     """A group of commands in the common style; ``completion`` adds the options that set it up in a shell."""
     return typer.Typer(
+        cls=PlainGroup,
         help=help_text,
         no_args_is_help=no_args_is_help,
         rich_markup_mode="rich",
@@ -333,4 +336,15 @@ def warn(text: str) -> None:
 
 
 def _complain(text: str) -> None:
-    print(f"stickslip: {printable(text)}", file=sys.stderr)
+    said = f"stickslip: {printable(text)}"
+    if sys.stderr.isatty():  # a terminal itself would break lines within words
+        width = os.get_terminal_size(sys.stderr.fileno()).columns
+        said = "\n".join(hanging(line, width) for line in said.split("\n"))
+    print(said, file=sys.stderr)
+
+
+def hanging(text: str, width: int, indent: int = 0) -> str:
+    """A line broken between words, with what goes on below it indented."""
+    return textwrap.fill(
+        text, max(width, indent + 1), subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False
+    )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 ROOM = Path(__file__).parents[2]
 NAME = "data"  # how commands and messages call the folder, wherever it is
+SITE = "site"  # folder of the built manual among its sources, where a wheel was made with one
 LOGS = "rigs"  # a folder for each set of logs; the other parts hold single files
 SCENES, LITERATURE = "scenes", "systems_of_the_literature"  # the latter with the models of its scenes
 
@@ -22,6 +23,11 @@ def manual() -> Path:
     """The folder of the manual's sources."""
     installed = ROOM / "stickslip_docs"
     return installed if installed.is_dir() else ROOM / "docs"
+
+
+def site() -> Path:
+    """The built manual that a wheel brings; that of a checkout is of another day, and waits for a wheel to be made."""
+    return ROOM / "stickslip_docs" / SITE
 
 
 def files(subfolder: str, suffix: str = ".toml") -> list[Path]:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from fmu_models.base.columns import frame_of
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.figures import save_figure
+from fmu_models.base.figures import Spanned, save_figure
 from fmu_models.base.printable import in_line
 from fmu_models.base.record import record
 
@@ -123,7 +123,12 @@ class Pictured(Tabular):
 
         figure = Figure(figsize=(6.3, 4.2), layout="constrained")
         _view(draw, self)(self, figure.subplots())
-        return save_figure(figure, path, overwrite=overwrite)
+        return save_figure(figure, path, overwrite=overwrite, spanned=self.spanned)
+
+    @property
+    def spanned(self) -> Spanned | None:
+        """What the axes of its picture show, where a place in it says where another analysis may begin."""
+        return None
 
     def summary(self) -> str:
         """The whole value as text, as in a terminal."""

@@ -3,7 +3,8 @@
 In a page it is HTML. In a terminal of any width words wrap, columns are left out with a word or go on below, and digits
 never break:
 
-1. heads and texts wrap between words, texts down to `NARROWEST`, names of rows and lines of a cell only from `LONGEST`;
+1. heads and texts wrap between words, texts down to `NARROWEST`, names of rows and lines of a cell only from `LONGEST`,
+   a name that is one word from `NAME`;
 2. columns that the table can spare are left out, and named below it;
 3. what is still too wide goes on in further blocks, each with the names of the rows.
 """
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 GAP = 2  # between columns
 NARROWEST = 16  # of a text, unless all of it is shorter
+NAME = 60  # of a word that names a row: it is to be copied
 LONGEST = 32  # of a word of a text, of the name of a row, and of one of several lines: what is longer may break
 
 
@@ -72,16 +74,25 @@ class PrintedTable:
         """Whether a column is one of numbers."""
         return any(row[index].kind == "number" for row in self.rows)
 
+    def taking(self, *heads: str) -> PrintedTable:
+        """Its first column, then those of some heads."""
+        places = {column.head: place for place, column in enumerate(self.columns)}
+        kept = (0, *(places[head] for head in heads))
+        rows = tuple(tuple(row[i] for i in kept) for row in self.rows)
+        return replace(self, columns=tuple(self.columns[i] for i in kept), rows=rows)
+
     def html(self) -> str:
-        """The table as HTML; its styles are the page's: classes "number", "fail", and "wide" for what may scroll."""
+        """The table as HTML; its styles are the page's: classes "number", "fail", "long" for what takes several lines,
+        and "wide" for what may scroll, by the keyboard too."""
         heads = "".join(
             f'<th scope="col"{_class("number" if self.is_number(index) else "")}>{escape(column.words)}</th>'
             for index, column in enumerate(self.columns)
         )
         rows = "\n".join(f"<tr>{_row(self, row)}</tr>" for row in self.rows)
-        return (
-            f'<div class="wide"><table>\n<caption>{escape(self.title)}</caption>\n<thead><tr>{heads}</tr></thead>\n'
-            f"<tbody>\n{rows}\n</tbody></table></div>"
+        return scrolling(
+            f"<table>\n<caption>{escape(self.title)}</caption>\n<thead><tr>{heads}</tr></thead>\n"
+            f"<tbody>\n{rows}\n</tbody></table>",
+            self.title or "table",
         )
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
@@ -112,7 +123,7 @@ def table(title: str, columns: Sequence[str | PrintedColumn], rows: Iterable[Seq
 
 def number(value: float | None, digits: str = UNCERTAIN) -> Cell:
     """A number in a format of Python's; nothing for None."""
-    return Cell("" if value is None else f"{value:{digits}}", "number")
+    return Cell("" if value is None else f"{value + 0:{digits}}", "number")  # + 0: no zero has a sign
 
 
 def measured(value: float, sd: float | None) -> Cell:
@@ -174,9 +185,10 @@ def _widths(table: PrintedTable, index: int) -> tuple[int, int]:
     natural = max((cell_len(line) for line in lines), default=0)
     if table.is_number(index):
         return max(head_word, natural), max(cell_len(head), natural)
-    if index == 0 or any("\n" in row[index].words for row in table.rows):
-        return max(head_word, min(natural, LONGEST)), max(cell_len(head), natural)
     word = max((cell_len(word) for line in lines for word in line.split()), default=0)
+    if index == 0 or any("\n" in row[index].words for row in table.rows):
+        whole = max(LONGEST, min(word, NAME)) if index == 0 else LONGEST
+        return max(head_word, min(natural, whole)), max(cell_len(head), natural)
     least = max(head_word, min(natural, max(NARROWEST, min(word, LONGEST))))
     return least, max(cell_len(head), natural, least)
 
@@ -223,10 +235,16 @@ def _block(table: PrintedTable, block: Sequence[tuple[int, int]]) -> RichTable:
     return grid
 
 
+def scrolling(html: str, label: str) -> str:
+    """HTML that scrolls in itself where it is wider than the page, by the keyboard too. label: what a reader hears."""
+    return f'<div class="wide" tabindex="0" role="group" aria-label="{escape(label)}">{html}</div>'
+
+
 def _row(table: PrintedTable, row: tuple[Cell, ...]) -> str:
     html = f'<th scope="row">{_words(row[0])}</th>'
     for index, cell in enumerate(row[1:], 1):
         classes = ["number"] * table.is_number(index) + ["fail"] * (cell.kind == "fail")
+        classes += ["long"] * (max(map(len, cell.words.split("\n"))) > LONGEST)
         html += f"<td{_class(' '.join(classes))}>{_words(cell)}</td>"
     return html
 

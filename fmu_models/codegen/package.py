@@ -156,7 +156,12 @@ def write(
 ) -> Path:
     """Write a lowered system as an FMU; the rest is as for ``export``, errors too."""
     path = checked(path, fmi_version, overwrite)
-    files = _files(system, fmi_version, packaging)
+    texts = _texts(system, fmi_version, packaging.rights or Rights())
+    _pack({**texts, **_libraries(system.name, texts, fmi_version, packaging)}, path, overwrite)
+    return path
+
+
+def _pack(files: Mapping[str, bytes | str], path: Path, overwrite: bool) -> None:
     with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
@@ -164,7 +169,6 @@ def write(
             entry.create_system = 3  # Unix, whatever this machine is: part of the bytes
             entry.external_attr = 0o100644 << 16
             archive.writestr(entry, files[name])
-    return path
 
 
 def variant(
@@ -207,17 +211,59 @@ def built(
 
     Errors as for ``variant`` and ``export``.
     """
+    name, options, lowered = _kept(model, contacts, laws, fmi_version, beside)
+    return kept_as(name, options, lowered, fmi_version)
+
+
+def prepared(
+    model: Model,
+    *,
+    contacts: Sequence[str] | None = None,
+    laws: Mapping[str, str] | None = None,
+    fmi_version: str = "3.0",
+) -> tuple[Path, Callable[[], Path] | None]:
+    """The FMU of a ``variant`` and None if it was built before; else it without a library, and what completes it.
+
+    Errors as for ``built``; of the compiler, which may be slow, when it is completed.
+    """
+    name, options, lowered = _kept(model, contacts, laws, fmi_version, None)
+    file = kept_folder(*options) / f"{name}.fmu"
+    # no part alone by other compilers than ours, nor for Windows, where what is exported cannot belong to a unit
+    if is_sealed(file) or not compiler_for().cross or os.name == "nt":
+        return kept_as(name, options, lowered, fmi_version), None
+    packed = file.parent / "sources" / file.name
+    if not is_sealed(packed):
+        packed.parent.mkdir(parents=True, exist_ok=True)
+        _pack(_texts(lowered(), fmi_version, Rights()), packed, overwrite=True)
+        seal(packed)
+    return packed, functools.partial(_completed, packed, file, fmi_version)
+
+
+def _completed(packed: Path, file: Path, fmi_version: str) -> Path:
+    """The FMU of one without a library."""
+    if not is_sealed(file):
+        with zipfile.ZipFile(packed) as archive:
+            texts: dict[str, bytes | str] = {name: archive.read(name) for name in archive.namelist()}
+        _pack({**texts, **_libraries(file.stem, texts, fmi_version, PLAIN)}, file, overwrite=True)
+        seal(file)
+    return file
+
+
+def _kept(
+    model: Model, contacts: Sequence[str] | None, laws: Mapping[str, str] | None, fmi_version: str, beside: Path | None
+) -> tuple[str, Sequence[str | bytes], Callable[[], HybridSystem]]:
+    """The name of a variant, the options under which it is kept, and what lowers it."""
     checked("model.fmu", fmi_version, overwrite=True)
     if not kept_by_name(model, laws):
-        return built_of(_lowered(model, contacts, laws, beside), fmi_version)
+        system = _lowered(model, contacts, laws, beside)
+        return system.name, _options_of(system, fmi_version), lambda: system
     options = (
         str(model),
         "all" if contacts is None else ",".join(sorted(contacts)),
         *(f"{contact}={law}" for contact, law in sorted((laws or {}).items())),
         fmi_version,
     )
-
-    return kept_as(str(model), options, lambda: _lowered(str(model), contacts, laws), fmi_version)
+    return str(model), options, lambda: _lowered(str(model), contacts, laws)
 
 
 def _lowered(
@@ -232,9 +278,12 @@ def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
     """The FMU of a lowered system, from the user's cache if one with the same sources was built before. StickslipError:
     unknown version, or the compiler fails."""
     checked("model.fmu", fmi_version, overwrite=True)
+    return kept_as(system.name, _options_of(system, fmi_version), lambda: system, fmi_version)
+
+
+def _options_of(system: HybridSystem, fmi_version: str) -> Sequence[str | bytes]:
     texts = _texts(system, fmi_version, Rights())
-    options = ("sources", *(text for name in sorted(texts) for text in (name, texts[name])))
-    return kept_as(system.name, options, lambda: system, fmi_version)
+    return ("sources", *(text for name in sorted(texts) for text in (name, texts[name])))
 
 
 def kept_as(
@@ -316,11 +365,12 @@ def _with_values(system: HybridSystem, values: Mapping[str, float]) -> HybridSys
     return dataclasses.replace(system, parameters=parameters)
 
 
-def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict[str, bytes | str]:
-    """Contents of the archive by name; the compiler runs for as many platforms at once as there are processors."""
-    platforms = chosen_platforms(packaging.platforms)
-    files = dict(_texts(system, fmi_version, packaging.rights or Rights()))
-    c_files = {name.removeprefix("sources/"): str(files[name]) for name in files if name.endswith((".c", ".h"))}
+def _libraries(
+    model: str, texts: Mapping[str, bytes | str], fmi_version: str, packaging: Packaging
+) -> dict[str, bytes | str]:
+    """Those of the archive by name; the compiler runs for as many platforms at once as there are processors."""
+    platforms, files = chosen_platforms(packaging.platforms), dict[str, bytes | str]()
+    c_files = {name.removeprefix("sources/"): texts[name] for name in texts if name.endswith((".c", ".h"))}
     with temporary_folder("export") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         built = {
             pool.submit(compile_shared, c_files, folder / platform.target, target=platform.target): platform
@@ -329,7 +379,7 @@ def _files(system: HybridSystem, fmi_version: str, packaging: Packaging) -> dict
         try:
             for done, library in enumerate(as_completed(built)):
                 subfolder = built[library].fmi2 if fmi_version == "2.0" else built[library].fmi3
-                name = f"binaries/{subfolder}/{system.name}{built[library].suffix}"
+                name = f"binaries/{subfolder}/{model}{built[library].suffix}"
                 files[name] = library.result().read_bytes()
                 packaging.advance((done + 1) / len(built))
         except BaseException:

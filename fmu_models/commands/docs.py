@@ -17,16 +17,19 @@ from fmu_models.base.temporary import temporary_folder
 def docs(
     folder: Annotated[Path | None, typer.Option("--output", "-o", help="Folder to put a copy into.")] = None,
     opened: Annotated[bool, typer.Option("--open/--no-open", help="Open it in the browser.")] = True,
+    build: Annotated[
+        bool, typer.Option("--build", help="Build all of it here: examples run, pictures are computed, in minutes.")
+    ] = False,
     json: console.Json = False,
 ) -> None:
     """Open the manual: tutorials, how-to pages, explanation, reference, and a gallery of all models.
 
-    It is built the first time, in some minutes, and kept: its examples run, its pictures are computed. Needs
-    pip install 'stickslip\\[docs]'.
+    An installed suite has it built. A checkout shows its pages as they are written, until --build makes the whole of
+    it, which is kept until a source changes; that needs pip install 'stickslip\\[docs]'.
 
     Example: stickslip docs
 
-    Example: stickslip docs --no-open -o manual
+    Example: stickslip docs --build --no-open -o manual
     """
     import webbrowser
 
@@ -36,7 +39,7 @@ def docs(
         raise StickslipError(f"'{folder}' holds something already. Choose another folder for the manual.")
     start = time.monotonic()
     with console.progress("building the manual") as progress:
-        site = manual_site(progress=progress)
+        site = manual_site(build=build, progress=progress)
     seconds = time.monotonic() - start
     if folder is not None:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -45,20 +48,25 @@ def docs(
             if folder.is_dir():
                 folder.rmdir()
             (work / "site").rename(folder)
-        site = Site(folder, site.built)
+        site = Site(folder, site.built, site.plain)
     displayed = opened and webbrowser.open(site.index.resolve().as_uri())
     content = {
         "index": str(site.index),
         "pages": site.pages,
         "built": site.built,
+        "plain": site.plain,
         "seconds": round(seconds, 3),
         "opened": displayed,
     }
 
     def show(out: console.Console) -> None:
-        out.print(
-            f"[bold]{site.index}[/bold]: {site.pages} pages" + (f", built in {seconds:.0f} s" if site.built else "")
-        )
+        built = f", built in {seconds:.0f} s" if site.built and not site.plain else ""
+        out.print(f"[bold]{site.index}[/bold]: {site.pages} pages{built}")
+        if site.plain:
+            out.print(
+                "Pages as they are written: no example was run, gallery and reference are missing. All of it, in "
+                "minutes: stickslip docs --build"
+            )
         if not displayed:
             out.print("Open it in a browser; it needs no network.")
 

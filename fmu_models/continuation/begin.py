@@ -190,11 +190,7 @@ def _last_cycle(problem: FlowProblem, point: Vector, value: float) -> Vector:
 
 
 def problem_of(system: SectionSystem, over: str) -> Problem:
-    """The family that a section describes.
-
-    Raises:
-        StickslipError: another section than a strobe or a map.
-    """
+    """The family that a section describes. StickslipError: another section than a strobe or a map."""
     if isinstance(system, Iteration):
         return MapProblem(system, over)
     if not isinstance(system, Strobe):

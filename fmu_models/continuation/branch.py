@@ -102,20 +102,16 @@ class Branch(SolutionBranch):
         return {self.over: self.values, **named, "special": self.special_amounts}
 
     def measuring(self, amount: Amount) -> Branch:
-        """The same with a quantity of each of its motions.
-
-        Raises:
-            StickslipError: a motion cannot be continued.
-        """
+        """The same with a quantity of each of its motions. StickslipError: a motion cannot be continued."""
         system = self.nodes[0].problem.system
         units = system.units(*self.units)
         units[amount.label] = amount.unit(system.unit_of)
         found = measured([special.node for special in self.special], amount)
         # the motion that was found lies beside the special one by what separates their parameters
         beside = [special.value - special.node.value for special in self.special]
-        there = found[:, 0] + np.where(np.isfinite(found[:, 1]), found[:, 1], 0.0) * beside
+        shifted = found[:, 0] + np.where(np.isfinite(found[:, 1]), found[:, 1], 0.0) * beside
         amounts = measured(self.nodes, amount)
-        return replace(self, amount=amount, amounts=amounts, special_amounts=there, units=units)
+        return replace(self, amount=amount, amounts=amounts, special_amounts=shifted, units=units)
 
     @property
     def measured(self) -> tuple[str, ...]:
@@ -130,10 +126,10 @@ class Branch(SolutionBranch):
         """Its motions at a value of the parameter, in the order of the branch."""
         nodes = []
         for i in self.segments_at(value):
-            near = min(self.nodes[i : i + 2], key=lambda node: abs(node.value - value))
-            guess = near.u + near.tangent * ((value - near.value) / near.scales[-1] / near.tangent[-1])
+            closest = min(self.nodes[i : i + 2], key=lambda node: abs(node.value - value))
+            guess = closest.u + closest.tangent * ((value - closest.value) / closest.scales[-1] / closest.tangent[-1])
             with suppress(Lost):
-                nodes.append(near.corrected(guess, parameter(value)))
+                nodes.append(closest.corrected(guess, parameter(value)))
         return tuple(nodes)
 
     @property

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import Spanned
 from fmu_models.base.shown import Pictured
 from fmu_models.continuation.begin import begin_of, problem_of
 from fmu_models.continuation.branch import MULTIPLIER, PERIOD, Branch, both_ways, followed_from, made
@@ -33,14 +34,8 @@ SAME = 1e-9  # special points of two branches that lie no further apart are one
 
 
 def branch(system: SectionSystem, over: str, between: tuple[float, float], **options: Any) -> Branch:
-    """Follow the periodic motion near a start over a parameter, both ways, and none that leaves it.
-
-    Args:
-        system, over, between, options: As for ``branches``.
-
-    Raises:
-        StickslipError: As ``branches``.
-    """
+    """Follow the periodic motion near a start over a parameter, both ways, and none that leaves it. system, over,
+    between, options: As for ``branches``. StickslipError: As ``branches``."""
     return branches(system, over, between, **{**options, "switch": False}).branches[0]
 
 
@@ -131,6 +126,11 @@ class Branches(Pictured):
         return self.branches[0].over
 
     @property
+    def spanned(self) -> Spanned:
+        """The parameter, and what is shown of the motions."""
+        return Spanned(self.over, self.of, (self.over,), self.branches[0].states)
+
+    @property
     def how(self) -> str:
         """Where motions come from; see ``Branch``."""
         return self.branches[0].how
@@ -152,8 +152,8 @@ class Branches(Pictured):
         """The points, and what is special beside them."""
         of = [i for i, member in enumerate(self.branches) for _ in member.special]
         places = [count for member in self.branches for count in member.places]
-        told = ("kind", object), ("value", None), ("contact", object)
-        columns = {name: np.array([getattr(s, name) for s in self.special], dtype) for name, dtype in told}
+        fields = ("kind", object), ("value", None), ("contact", object)
+        columns = {name: np.array([getattr(s, name) for s in self.special], dtype) for name, dtype in fields}
         columns |= {"branch": np.array(of, dtype=int), "place": np.array(places, dtype=int)}
         return super().to_xarray().assign({f"special_{name}": ("special", column) for name, column in columns.items()})
 
@@ -161,15 +161,8 @@ class Branches(Pictured):
         self, second: str, between: tuple[float, float], points: int = 500, *, only: str | None = None
     ) -> Curves:
         """Those of all special points; see ``Special.curve``. One that two branches meet is followed once; where one
-        could not be followed, the others say why.
-
-        Args:
-            only: the kind of those that are followed.
-
-        Raises:
-            StickslipError: there is none that could be followed, no such parameter, a range that does not hold its
-                present value.
-        """
+        could not be followed, the others say why. only: the kind of those that are followed. StickslipError: there is
+        none that could be followed, no such parameter, a range that does not hold its present value."""
         curves: list[Curve] = []
         failures: list[str] = []
         tried: list[Special] = []

@@ -16,14 +16,26 @@ from fmu_models.continuation.step.way import Ends
 ROUNDING = 1e-12  # of the range of the parameter: by so much an end misses that of the range
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Ended(Pictured):
-    """A branch or a curve.
+    """A branch or a curve: m points of n states.
 
     Attributes:
+        model, over: Names of the model and of the parameter.
+        states: Names.
+        values: (m,) of the parameter.
+        points: (m, n) states; of motions at phase 0 of the forcing, where nothing forces them somewhere on them.
         ends: Kind and a sentence, of both ends.
+        units: Of states and of parameters.
     """
 
+    model: str
+    over: str
+    states: tuple[str, ...]
+    values: Vector
+    points: Vector
     ends: Ends
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def named_ends(self) -> list[dict[str, str]]:
@@ -38,35 +50,23 @@ class Ended(Pictured):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SolutionBranch(Ended):
-    """Solutions over one parameter: m points of n states.
+    """Solutions over one parameter.
 
     Attributes:
-        model, over: Names of the model and of the parameter.
-        states: Names.
-        values: (m,) of the parameter.
-        points: (m, n) states; of motions at phase 0 of the forcing, where nothing forces them somewhere on them.
         stable: (m,).
         words: Of each point: events of a motion; (contact, state, state) of all contacts of an equilibrium.
         special: What was met, in order.
         places: (len(special),) number of points before each.
         seconds: CPU time.
         how: Where points come from and how near they are, where that is not a matter of course.
-        units: Of states and of the parameter.
     """
 
-    model: str
-    over: str
-    states: tuple[str, ...]
-    values: Vector
-    points: Vector
     stable: Flags
     words: tuple[Word, ...]
     special: tuple[SpecialPoint, ...]
     places: tuple[int, ...]
-    ends: Ends
     seconds: float = 0.0
     how: str = ""
-    units: Mapping[str, str] = field(default_factory=dict)
 
     def segments_at(self, value: float) -> list[int]:
         """Between which neighbours it has a value of the parameter, by the number of the first; each point once."""

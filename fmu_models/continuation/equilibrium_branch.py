@@ -80,22 +80,16 @@ class SpecialEquilibrium(SpecialPoint):
         }
 
     def path(self, q: Sequence[float] | Vector) -> Complex:
-        """(m, n) eigenvalues of (1 - q) J- + q J+ at shares (m,).
-
-        Raises:
-            StickslipError: the point is not at a surface that an equilibrium is on both sides of.
-        """
+        """(m, n) eigenvalues of (1 - q) J- + q J+ at shares (m,). StickslipError: the point is not at a surface that an
+        equilibrium is on both sides of."""
         if self.boundary is None:
             raise StickslipError(f"The {self.place} is at no switching surface.")
         return self.boundary.path(np.asarray(q, dtype=float))
 
     def switch(self, points: int = 2000) -> tuple[Branch | EquilibriumBranch, ...]:
         """The branches that leave here, over the range of this one: cycles from a Hopf point or a discontinuous one,
-        equilibria from a pitchfork or branch point.
-
-        Raises:
-            StickslipError: none leaves at a point of this kind, or none was found.
-        """
+        equilibria from a pitchfork or branch point. StickslipError: none leaves at a point of this kind, or none was
+        found."""
         branches: tuple[Branch | EquilibriumBranch, ...] = ()
         if self.kind == kinds.HOPF:
             branches = cycles_from_hopf(self.node, self.frequency, self.between, points)
@@ -113,12 +107,8 @@ class SpecialEquilibrium(SpecialPoint):
 
     def curve(self, second: str, between: tuple[float, float] | None = None, points: int = 500) -> Curve:
         """The point as a curve in two parameters, as ``Special.curve``; its multipliers are eigenvalues, and its
-        periods those of a Hopf point.
-
-        Raises:
-            StickslipError: a point at a switching surface, no such parameter, a range that does not hold its present
-                value, or one that the parameter takes apart.
-        """
+        periods those of a Hopf point. StickslipError: a point at a switching surface, no such parameter, a range that
+        does not hold its present value, or one that the parameter takes apart."""
         if self.boundary is not None:
             raise StickslipError(f"A {self.kind} has no curve: folds, Hopf points, pitchforks and branch points have.")
         return _still(curve_of(self.kind, self.node, None, second, between, self.between, points))
@@ -188,11 +178,8 @@ class EquilibriumBranch(SolutionBranch):
         return replace(self, cycles=tuple(followed))
 
     def curves(self, second: str, between: tuple[float, float], points: int = 500) -> tuple[Curve, ...]:
-        """Those of its special points that have one, see ``SpecialEquilibrium.curve``.
-
-        Raises:
-            StickslipError: there is none, no such parameter, a range that does not hold its present value.
-        """
+        """Those of its special points that have one, see ``SpecialEquilibrium.curve``. StickslipError: there is none,
+        no such parameter, a range that does not hold its present value."""
         curves = tuple(special.curve(second, between, points) for special in self.special if special.boundary is None)
         if not curves:
             raise StickslipError(f"There is no special point of {self.model} to follow over '{second}'.")

@@ -24,11 +24,7 @@ KINDS: Mapping[str, Any] = {kind.__name__: kind for kind in (Found, Touch, Passi
 
 
 class Keeper:
-    """Keeps the branches of one family, or none of them where there is no store.
-
-    Args:
-        problem: one of the family.
-    """
+    """Keeps the branches of one family, or none of them where there is no store. problem: one of the family."""
 
     def __init__(self, store: Store | None, problem: Problem) -> None:
         self.store, self.family = store, problem
@@ -85,11 +81,7 @@ class Keeper:
 
 
 class Pieces:
-    """A branch piece by piece.
-
-    Attributes:
-        known: those that are there.
-    """
+    """A branch piece by piece. known: those that are there."""
 
     def __init__(self, keeper: Keeper | None = None, chain: Chain | None = None) -> None:
         self._keeper, self._chain = keeper, chain

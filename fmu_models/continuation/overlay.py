@@ -34,12 +34,12 @@ def branches_through(
     Raises:
         StickslipError: there is no motion of such a period, or none can be followed.
     """
-    shown, followed = of or system.states[0], list[Branch]()
+    state, followed = of or system.states[0], list[Branch]()
     interrupted, why = follow_motions(system, over, motions, between, longest, followed)
     if not followed:
         reason = f": {why}" if why else f": none of period {longest} or less was found"
         raise StickslipError(f"There is no branch to lay over the diagram of {system.name} over '{over}'{reason}.")
-    return Branches(shown, measuring(followed, shown_of(shown, system)), interrupted)
+    return Branches(state, measuring(followed, shown_of(state, system)), interrupted)
 
 
 def follow_motions(
@@ -68,13 +68,13 @@ def follow_motions(
         elif period > 1:  # cycles of a map are met where they leave those of one point
             continue
         try:
-            found = branch(section, over, between, start=point.tolist(), points=POINTS)
+            new_branch = branch(section, over, between, start=point.tolist(), points=POINTS)
         except StickslipError as error:
             why = str(error)
             continue
-        if any(member.passes(found) for member in followed if member.every == found.every):
+        if any(member.passes(new_branch) for member in followed if member.every == new_branch.every):
             continue  # its points lie too far apart to tell that the motion is on it
-        followed.append(found)
+        followed.append(new_branch)
         interrupted = spread(followed, longest * every, POINTS)
     return interrupted, why
 

@@ -29,11 +29,8 @@ POWER = {"kilogram": 1.0, "meter": 2.0, "second": -3.0}
 
 
 class PowerBonds:
-    """The bonds among the signals of a co-simulation, and what has passed through them so far.
-
-    Args:
-        signals: the wires of the n signals, in their order.
-    """
+    """The bonds among the signals of a co-simulation, and what has passed through them so far. signals: the wires of
+    the n signals, in their order."""
 
     def __init__(self, fmus: Mapping[str, Fmu], signals: Sequence[Wire]) -> None:
         powers = [_powers(fmus, wire) for wire in signals]

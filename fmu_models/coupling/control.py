@@ -73,14 +73,14 @@ class StepControl:
         self._bend_by, self._turn_by = _combination(b, first, second)
         left_over = second - np.where(self._corrected, self._bend_by * b + self._turn_by * first, 0.0)
         starts = np.hstack([b, left_over, third - np.where(self._corrected, self._turn_by * second, 0.0)])
-        most = np.abs(c @ starts)
+        largest = np.abs(c @ starts)
         for _ in range(SAMPLES):
-            most = np.maximum(most, np.abs(c @ (later @ starts)))
+            largest = np.maximum(largest, np.abs(c @ (later @ starts)))
             later, time = later @ later, 2.0 * time
             if time > left:
                 break
         n = d.shape[0]
-        self._impulse, self._bend = most[:, :n], np.array([most[:, n : 2 * n], most[:, 2 * n :]])
+        self._impulse, self._bend = largest[:, :n], np.array([largest[:, n : 2 * n], largest[:, 2 * n :]])
         # who tells no response is taken to answer as fast as its inputs move
         rates = np.where(known, 0.0, self._pace / self.size)
         self._impulse += np.diag(rates)

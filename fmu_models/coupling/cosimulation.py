@@ -181,9 +181,9 @@ class Master(Outcome):
             stop = min(stop, self.system.start_time + count * self.step)
         end = stop
         if self.repeats or not self.step:
-            left = stop - time
+            remaining = stop - time
             # two of equal length rather than a short last one
-            end = time + (0.5 * left if self.h < left < 1.5 * self.h else self.h)
+            end = time + (0.5 * remaining if self.h < remaining < 1.5 * self.h else self.h)
         end = stop if end > stop - 1e-9 * (end - time) else end
         bend, jumps = self.points.next_bend()
         return (bend, jumps) if bend <= end + 1e-9 * (end - time) else (end, False)
@@ -215,12 +215,12 @@ class Master(Outcome):
                 self._put_back(start, noted, before)
                 h = 0.25 * (end - start)
                 continue
-            here = reached - start <= SHORTEST * self.span
-            if any(unit.pending for unit in self.units) and (here or not self._is_void(reached, series)):
-                left = self._approach(start, reached, end, series)
-                if left:
+            at_start = reached - start <= SHORTEST * self.span
+            if any(unit.pending for unit in self.units) and (at_start or not self._is_void(reached, series)):
+                shorter = self._approach(start, reached, end, series)
+                if shorter:
                     self._put_back(start, noted, before)
-                    h, self._limit = left, 2.0 * (reached - start - left)
+                    h, self._limit = shorter, 2.0 * (reached - start - shorter)
                     continue
                 self._finish(reached, first, noted)
                 return
@@ -322,16 +322,16 @@ class Master(Outcome):
 
     def _approach(self, start: float, event: float, end: float, series: Matrix) -> float:
         """Length of a step that ends just before an event; 0: it may be taken as it was found."""
-        way = event - start
-        if not self.repeats or way <= 1e-12 * max(self.span, abs(event)):
+        length = event - start
+        if not self.repeats or length <= 1e-12 * max(self.span, abs(event)):
             return 0.0
         bend = np.abs(self.history.series(end, self.degree)[2]) if end > event else np.abs(series[2])
         # a line misses the rate by much more, on which a body that sticks depends
         straight = bool((bend <= BENT * self.tolerance * self.control.size).all())
-        exact = straight and (not bend.any() or self._is_short(max(end - start, way)))
+        exact = straight and (not bend.any() or self._is_short(max(end - start, length)))
         if exact and not self.output.inside(start, event):
             return 0.0
-        return way * (1.0 - APPROACH)
+        return length * (1.0 - APPROACH)
 
     def _look(self, time: float, series: Matrix) -> None:
         """The values at the point reached."""
@@ -391,8 +391,8 @@ class Master(Outcome):
         """Forget two events, one right behind the other, that leave everything as it was."""
         events = self.points.events
         if len(events) > 1 and events[-1].name == events[-2].name and self._before is not None:
-            near = self._is_short((events[-1].time - events[-2].time) / MERGED)
-            if near and self.watch.same(self._before, self.output.last):
+            adjacent = self._is_short((events[-1].time - events[-2].time) / MERGED)
+            if adjacent and self.watch.same(self._before, self.output.last):
                 del events[-2:]
                 before = self.output.last
         self._before = before

@@ -66,21 +66,21 @@ class History:
 
     def accept(self, end: float, values: Vector, defects: Matrix) -> None:
         """Values at ``end`` become the newest point; defects: of the same values."""
-        kept = min(self.known, POINTS)
-        self._differences[1 : kept + 1] = defects[:kept] / self._products(end)[1 : kept + 1, None]
+        count = min(self.known, POINTS)
+        self._differences[1 : count + 1] = defects[:count] / self._products(end)[1 : count + 1, None]
         self._differences[0] = values
-        self._ages[1 : kept + 1] = end - self.time + self._ages[:kept]
-        self.time, self.known = end, kept + 1
+        self._ages[1 : count + 1] = end - self.time + self._ages[:count]
+        self.time, self.known = end, count + 1
 
     def accept_slopes(self, slopes: Vector) -> None:
         """The newest point stands twice, with its slopes."""
-        kept = min(self.known, POINTS)
-        old, ages = self._differences[:kept].copy(), self._ages[:kept].copy()
+        count = min(self.known, POINTS)
+        old, ages = self._differences[:count].copy(), self._ages[:count].copy()
         self._differences[1] = slopes
-        for j in range(2, kept + 1):
+        for j in range(2, count + 1):
             self._differences[j] = (self._differences[j - 1] - old[j - 1]) / ages[j - 1]
-        self._ages[1 : kept + 1] = ages
-        self.known = kept + 1
+        self._ages[1 : count + 1] = ages
+        self.known = count + 1
 
 
 def between(time: float, nodes: Sequence[float], values: Matrix, slopes: Matrix | None = None) -> Vector:

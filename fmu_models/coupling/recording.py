@@ -33,9 +33,9 @@ def recording(
     states = [x for unit in names for x in composite.states if x.startswith(f"{unit}.") and x in fmu.variables]
     every = [n for unit in names for n in request.recordable(fmu) if split(fmus, n, "")[0] == unit]
     recorded = list(system.outputs) or list(dict.fromkeys([*states, *every]))
-    parts = [split(fmus, name, system.name) for name in recorded]
-    still = [fmus[unit].variables[name].causality in ("parameter", "calculatedParameter") for unit, name in parts]
-    held = np.array([s or discrete(fmus[u], name) for s, (u, name) in zip(still, parts, strict=True)], bool)
+    ends = [split(fmus, name, system.name) for name in recorded]
+    still = [fmus[unit].variables[name].causality in ("parameter", "calculatedParameter") for unit, name in ends]
+    held = np.array([s or discrete(fmus[u], name) for s, (u, name) in zip(still, ends, strict=True)], bool)
     # what tells an event that changes something
     stopping = [unit.name for unit in points.units if unit.stops]
     memory = [

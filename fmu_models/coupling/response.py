@@ -34,8 +34,8 @@ def response(unit: Instance, inputs: Sequence[str], outputs: Sequence[str]) -> R
     rates, states = (_references(unit, [pair[i] for pair in pairs]) for i in (0, 1))
     unknowns = np.concatenate([rates, _references(unit, outputs)])
     matrix = np.zeros((unknowns.size, n + len(inputs)))
-    for column, known in enumerate(np.concatenate([states, _references(unit, inputs)])):
-        values = _directional(unit, unknowns, int(known))
+    for column, reference in enumerate(np.concatenate([states, _references(unit, inputs)])):
+        values = _directional(unit, unknowns, int(reference))
         if values is None:
             return None
         matrix[:, column] = values

@@ -162,20 +162,39 @@ def _as_one(
             )
     driver = CoupledDriver(system)
     with driver:
-        trajectory = driver.run(
-            system.stop_time,
-            start_time=system.start_time,
-            parameters=system.values("parameters"),
-            start=system.values("start"),
-            inputs=system.values("inputs"),
-            output_times=output_times,
-            progress=progress,
-        )
+        try:
+            trajectory = driver.run(
+                system.stop_time,
+                start_time=system.start_time,
+                parameters=system.values("parameters"),
+                start=system.values("start"),
+                inputs=system.values("inputs"),
+                output_times=output_times,
+                progress=progress,
+            )
+        except MotionError as error:
+            raise _with_cure(error, system) from error
         loops = sum(stage.loop for stage in driver.composite.stages)
     note = f"{trajectory.method}; {len(system.units)} units as one"
     if loops:
         note += f", {loops} algebraic loop{'s' if loops > 1 else ''} by Newton's method"
     return replace(trajectory, method=note)
+
+
+def _with_cure(error: MotionError, system: CoupledSystem) -> MotionError:
+    """The error; where contacts chatter it names the rates of fed inputs that they depend on and nothing feeds."""
+    taken = {".".join(wire.target) for wire in system.wires} | system.values("inputs").keys()
+    missing = [
+        f"from {'.'.join(wire.source)}'s rate of change to {rate}"
+        for wire in system.wires
+        if (rate := f"{'.'.join(wire.target)}_rate") not in taken and rate in str(error)
+    ]
+    if error.kind != "chattering" or not missing:
+        return error
+    text = f"{error} Or connect what a contact that sticks has to know: {', '.join(missing)}."
+    cured = MotionError(text, error.kind, error.time, error.indicator)
+    cured.so_far = error.so_far
+    return cured
 
 
 def recorded(system: CoupledSystem, trajectory: Trajectory) -> Recording:

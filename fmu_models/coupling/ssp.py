@@ -155,8 +155,8 @@ class _Reader:
         """Note the values of a set of parameters, which go before those noted until now."""
         holder = binding.find("ParameterMapping")
         # a component's files may be named from its FMU on
-        own = self.fmus[at].folder if at in self.fmus else self.file.parent
-        base, base2 = (own if e is not None and e.get("sourceBase") == "component" else self.file.parent
+        own_folder = self.fmus[at].folder if at in self.fmus else self.file.parent
+        base, base2 = (own_folder if e is not None and e.get("sourceBase") == "component" else self.file.parent
                        for e in (binding, holder))  # fmt: skip
         parameters = documents.document(binding, "ParameterSet", base, where)
         if parameters is None:
@@ -212,22 +212,22 @@ class _Reader:
         """What the end of a way shows, and whether units alone decide about it."""
         declared = self.connectors.get(nodes[-1], Connector("inout"))
         stated = [self.connectors[n].unit if n in self.connectors else None for n in nodes]
-        own = self.own_unit(nodes[0])
+        own_unit = self.own_unit(nodes[0])
         if self.begins_with_variable(nodes):
-            value, unit, what = None, own, f"'{self.path}': {_name(nodes[0])} -> {_name(nodes[-1])}"
-            hops = [(Step(what), stated[0])]
+            value, unit, label = None, own_unit, f"'{self.path}': {_name(nodes[0])} -> {_name(nodes[-1])}"
+            hops = [(Step(label), stated[0])]
         else:
             value = self.values[nodes[0]]
-            unit, what = value.unit, f"{value.where}: '{value.name}'"
-            hops = [(step, stated[0] or own) for step in value.steps or (Step(what),)]
+            unit, label = value.unit, f"{value.where}: '{value.name}'"
+            hops = [(step, stated[0] or own_unit) for step in value.steps or (Step(label),)]
         hops += [(self.feeds[n][1], unit or self.own_unit(n)) for n, unit in zip(nodes[1:], stated[1:], strict=True)]
-        hops.append((Step(what), self.own_unit(nodes[-1])))
+        hops.append((Step(label), self.own_unit(nodes[-1])))
         steps: list[Step] = []
-        for step, own in hops:
-            if not step.suppress and own:
-                steps.append(Step(what, line=documents.unit_line(unit, own, what, self.units)))
+        for step, own_unit in hops:
+            if not step.suppress and own_unit:
+                steps.append(Step(label, line=documents.unit_line(unit, own_unit, label, self.units)))
             steps += [step] if step.changes else []
-            unit = own or (None if step.changes or step.suppress else unit)
+            unit = own_unit or (None if step.changes or step.suppress else unit)
         if value is not None:
             return replace(declared, unit=unit, value=documents.transformed(value, steps)), False
         factor, offset = 1.0, 0.0
@@ -256,8 +256,8 @@ class _Reader:
             elif inner and end.value is not None:
                 values[node[0]][node[1]] = replace(self.values[nodes[0]], value=end.value)
         units = {path: _unit(fmu, values[path]) for path, fmu in self.fmus.items()}
-        shown = (connectors[name] for at, name in self.connectors if not at)
-        outputs = dict.fromkeys(c.source for c in shown if c.kind == "output" and c.source)
+        own_connectors = (connectors[name] for at, name in self.connectors if not at)
+        outputs = dict.fromkeys(c.source for c in own_connectors if c.kind == "output" and c.source)
         experiment = self.root.find("DefaultExperiment")
         attributes = dict(experiment.attrib) if experiment is not None else {}
         start = documents.number(attributes.get("startTime", "0"), f"'{self.path}': startTime")
@@ -277,8 +277,8 @@ def _unit(fmu: Fmu, values: Mapping[str, Value]) -> Unit:
         causality = str(variable.causality) if variable is not None else "parameter"
         kind = causality if causality in settings else "start"
         if variable is not None and isinstance(number, str):
-            own = getattr(variable.declaredType, "items", None) or ()
-            items = {str(item.name): int(item.value) for item in own} or value.items
+            declared = getattr(variable.declaredType, "items", None) or ()
+            items = {str(item.name): int(item.value) for item in declared} or value.items
             if str(variable.type) in ("String", "Binary"):
                 kind = "text"
             elif number in items:

@@ -142,8 +142,8 @@ def _complaint(text: bytes) -> str:
             schema = _schema(space[1])
             if not schema.validate(root if element is root else etree.fromstring(etree.tostring(element))):
                 line = schema.error_log[0].line + (0 if element is root else element.sourceline - 1)
-                found = NAMESPACE.sub("", schema.error_log[0].message)
-                return f"line {line}, is not valid SSP 1.0: {found} Correct it."
+                message = NAMESPACE.sub("", schema.error_log[0].message)
+                return f"line {line}, is not valid SSP 1.0: {message} Correct it."
     return ""
 
 
@@ -182,12 +182,12 @@ def type_of(element: Element) -> Element | None:
 
 def values(parameters: Element, where: str, prefix: str = "", root: Element | None = None) -> Iterator[Value]:
     """The values of a set; root: a description that may define their enumerations."""
-    found = [
+    enumerations = [
         e for holder in (root, parameters) if holder is not None for e in holder.iterfind("Enumerations/Enumeration")
     ]
     items = {
         e.get("name"): {i.get("name", ""): int(number(i.get("value"), where)) for i in e.iterfind("Item")}
-        for e in found
+        for e in enumerations
     }
     for parameter in parameters.iterfind("Parameters/Parameter"):
         name = prefix + parameter.get("name", "")
@@ -201,9 +201,9 @@ def values(parameters: Element, where: str, prefix: str = "", root: Element | No
 def mapped(value: Value, mapping: Element | None, where: str, prefix: str = "") -> list[Value]:
     """A value under the names that a mapping gives it, or else under its own. Mappings name it with its prefix; those
     of some tools without."""
-    found = mapping.findall("MappingEntry") if mapping is not None else []
-    entries = [entry for entry in found if entry.get("source") == value.name]
-    entries = entries or [entry for entry in found if entry.get("source") == value.name.removeprefix(prefix)]
+    candidates = mapping.findall("MappingEntry") if mapping is not None else []
+    entries = [entry for entry in candidates if entry.get("source") == value.name]
+    entries = entries or [entry for entry in candidates if entry.get("source") == value.name.removeprefix(prefix)]
     steps = [step(entry, f"{where}: the mapping of '{value.name}'") for entry in entries]
     return [replace(value, name=e.get("target", ""), steps=(s,)) for e, s in zip(entries, steps, strict=True)] or [
         value

@@ -67,9 +67,7 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
     """Per unit the values it runs with, and those of a parameter set (.ssv) that are for it, which replace them.
 
     Of several units the one is meant that a name begins with, as "unit.name", or the only one with such a parameter.
-
-    Raises:
-        StickslipError: the file cannot be read, or a name or unit in it is no unit's.
+    StickslipError: the file cannot be read, or a name or unit in it is no unit's.
     """
     fitted_entries: dict[str, list[ParameterEntry]] = {name: [] for name in system.units}
     for full, value, unit in documents.read_parameter_set(fitted) if fitted is not None else ():
@@ -88,8 +86,8 @@ def parameter_sets(system: CoupledSystem, fitted: Path | None = None) -> dict[st
 
 def _owner(system: CoupledSystem, name: str, where: str) -> tuple[str, str]:
     units = system.units.items()
-    whole = [(u, name[len(u) + 1 :]) for u in system.units if name.startswith(f"{u}.")]
-    owners = [(u, n) for u, n in whole if n in system.units[u].fmu.parameters]
+    by_prefix = [(u, name[len(u) + 1 :]) for u in system.units if name.startswith(f"{u}.")]
+    owners = [(u, n) for u, n in by_prefix if n in system.units[u].fmu.parameters]
     owners = owners or [(u, name) for u, unit in units if name in unit.fmu.parameters]
     if len(owners) == 1:
         return owners[0]
@@ -171,15 +169,15 @@ def _child(parent: Element, name: str, *before: str) -> Element:
     child = parent.find(f"ssd:{name}", NAMESPACES)
     if child is None:
         child = Element(_tag(f"ssd:{name}"))
-        parent.insert(sum(c.tag in [_tag(f"ssd:{one}") for one in before] for c in parent), child)
+        parent.insert(sum(c.tag in [_tag(f"ssd:{tag}") for tag in before] for c in parent), child)
     return child
 
 
 def _flat(system: CoupledSystem, sets: Mapping[str, Mapping[str, Sequence[ParameterEntry]]]) -> dict[str, bytes]:
     """A new description, its parameter sets and FMUs by name."""
     sources, fmus = _sources(system), system.fmus
-    whole = len(fmus) == 1
-    files = {(u, name): f"{name}.ssv" if whole else f"{u}_{name}.ssv" for u, named in sets.items() for name in named}
+    alone = len(fmus) == 1
+    files = {(u, name): f"{name}.ssv" if alone else f"{u}_{name}.ssv" for u, named in sets.items() for name in named}
     contents = {DESCRIPTION: _structure(system, sources, files)}
     contents |= {file: parameter_set(name, sets[unit][name], fmus[unit]) for (unit, name), file in files.items()}
     return contents | {source: fmus[unit].path.read_bytes() for unit, source in sources.items()}
@@ -211,10 +209,10 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
     fed = {wire.target: wire.source for wire in system.wires}
     used = {*fed, *fed.values()}
     free = [(unit, name) for unit, fmu in fmus.items() for name in fmu.inputs if (unit, name) not in fed]
-    shown = [split(fmus, name, system.name) for name in system.outputs]
-    shown = [end for end in shown if fmus[end[0]].variables[end[1]].causality == "output"]
+    outputs = [split(fmus, name, system.name) for name in system.outputs]
+    outputs = [end for end in outputs if fmus[end[0]].variables[end[1]].causality == "output"]
     outer: dict[tuple[str, str], str] = {}
-    for end in (*free, *shown):
+    for end in (*free, *outputs):
         names = ("_".join((*end, *number)) for number in ((), *((str(i),) for i in range(1, len(outer) + 1))))
         outer[end] = next(name for name in names if name not in outer.values())
     for (unit, name), text in outer.items():
@@ -224,7 +222,7 @@ def _structure(system: CoupledSystem, sources: Mapping[str, str], files: Mapping
             _child(top, "Elements"), _tag("ssd:Component"), name=name, source=sources[name], type=FMU[1]
         )  # fmt: skip
         kinds = {"input": unit.fmu.inputs, "output": unit.fmu.ports, "parameter": unit.fmu.parameters}
-        ends = [n for u, n in (*used, *shown) if u == name]
+        ends = [n for u, n in (*used, *outputs) if u == name]
         for kind, names in kinds.items():
             also = sorted(n for n in ends if unit.fmu.variables[n].causality == kind)
             for variable in dict.fromkeys((*names, *also)):

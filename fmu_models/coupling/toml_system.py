@@ -39,11 +39,8 @@ def is_system(path: str) -> bool:
 
 def read_system(path: str | os.PathLike[str], *, fmi_version: str = "3.0", trust: bool = False) -> CoupledSystem:
     """The system in a TOML, .ssd or .ssp file; fmi_version: of the FMUs that are built for it; trust: Python files that
-    it names, and FMUs outside its folder, may run.
-
-    Raises:
-        StickslipError: no such file, not readable, or a system that does not fit together; says where.
-    """
+    it names, and FMUs outside its folder, may run. StickslipError: no such file, not readable, or a system that does
+    not fit together; says where."""
     path = named_file(path, shipped.files("systems"), "system")
     if path.suffix.lower() in (".ssp", ".ssd"):
         return ssp.read(path)

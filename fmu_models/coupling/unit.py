@@ -100,9 +100,9 @@ class SteppedUnit:
         offered = self._is(attributes, "providesDirectionalDerivative" + "s" * (self.fmi == 3))
         unit_instance.calls.directional = offered and bool(unit_instance.calls.function[F.DIRECTIONAL])
         self._feeds(self._degree(), jumping)
-        held = {name for name, rated in zip(self.inputs, self._rated, strict=True) if not rated}
+        held_inputs = {name for name, rated in zip(self.inputs, self._rated, strict=True) if not rated}
         # rates of outputs that follow an input at once need the rate of that input
-        self._unseen = any(feedthrough(self._fmu, name) & held for name in self.output_names)
+        self._unseen = any(feedthrough(self._fmu, name) & held_inputs for name in self.output_names)
         self._output_references = self._references(self.output_names)
         self._ones = np.ones(len(self.output_names), dtype=np.int32)
 
@@ -267,9 +267,9 @@ class SteppedUnit:
 
     def _step_halves(self, middle: float, end: float, inputs: Matrix, stop: bool) -> None:
         h = end - self.time
-        kept = self._kept_offset(inputs, h)
-        mean, bend, last = inputs[0], inputs[1], np.add.reduce(inputs, axis=0) + kept
-        knot = 2.0 * (mean + kept) - 0.5 * (self._reached + last)
+        offset = self._kept_offset(inputs, h)
+        mean, bend, last = inputs[0], inputs[1], np.add.reduce(inputs, axis=0) + offset
+        knot = 2.0 * (mean + offset) - 0.5 * (self._reached + last)
         moved, rated = self.continuous, self._rated
         for half, (limit, base, goal) in enumerate(((middle, self._reached, knot), (end, knot, last))):
             rates = np.where(moved, goal - base, bend) * (2.0 / h)
@@ -294,8 +294,8 @@ class SteppedUnit:
         if not self._by_variables and self.continuous.any():
             computed = self._reached.copy()
             self.read_inputs()
-            near = np.abs(self._reached - computed) <= 1e-9 * np.abs(computed)
-            self._reached = np.where(near, self._reached, computed)
+            settled = np.abs(self._reached - computed) <= 1e-9 * np.abs(computed)
+            self._reached = np.where(settled, self._reached, computed)
 
     def _write(self, values: Vector, rates: Vector) -> None:
         written = self._written
@@ -318,9 +318,9 @@ class SteppedUnit:
         coefficients = inputs[: degree + 1].copy()
         if degree >= 3 and self.continuous.any():
             # the cubic with the same two moments from the value reached to the end expected
-            kept = self._kept_offset(inputs, h)
-            last = np.add.reduce(inputs, axis=0) + kept
-            coefficients[0] += kept
+            offset = self._kept_offset(inputs, h)
+            last = np.add.reduce(inputs, axis=0) + offset
+            coefficients[0] += offset
             coefficients[2] = 0.5 * (self._reached + last) - coefficients[0]
             coefficients[3] = 0.5 * (last - self._reached) - inputs[1]
             coefficients[4:] = 0.0
@@ -361,9 +361,9 @@ class SteppedUnit:
                 self.ended = True
                 return
             if status == STATUS.DISCARD:
-                made = stepped.reached - time
-                far = f", of which it made {made:.9g} s," if 0 < made < end - time else ""
-                raise self.fail(f"discards the communication step of {end - time:.9g} s{far}", "discard")
+                advanced = stepped.reached - time
+                detail = f", of which it made {advanced:.9g} s," if 0 < advanced < end - time else ""
+                raise self.fail(f"discards the communication step of {end - time:.9g} s{detail}", "discard")
             self._check(status, "doStep")
             self.ended |= bool(stepped.terminate)
             # adding up its own steps it may miss the end by rounding

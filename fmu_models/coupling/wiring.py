@@ -150,11 +150,8 @@ def unit_of(fmu: Fmu, variable: ScalarVariable) -> str | None:
 
 @cache
 def conversion(source_unit: str, two: str) -> tuple[float, float]:
-    """Factor and offset from a number in ``one`` to the same quantity in ``two``.
-
-    Raises:
-        ValueError: units of different quantities, or unknown ones; says what to do.
-    """
+    """Factor and offset from a number in ``one`` to the same quantity in ``two``. ValueError: units of different
+    quantities, or unknown ones; says what to do."""
     import pint
 
     try:

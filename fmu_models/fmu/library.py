@@ -46,12 +46,13 @@ def sources(fmu: Fmu) -> list[str]:
 def library(fmu: Fmu, identifier: str) -> Path:
     """The library ``identifier`` for this machine; built where it is not packed (kept in the user's cache).
     StickslipError: neither packed nor buildable; lists what the FMU has."""
+    path = fmu.path  # of a model that is not built yet, by which it is
     folder = fmu.folder / "binaries" / this_folder(fmu)
     target = folder / f"{identifier}{this_platform().suffix}"
     if target.is_file():
         return target
     has = ", ".join(platforms(fmu)) or "no platform at all"
-    missing = f"'{fmu.path}' has no library '{target.name}' for {folder.name} (it has {has})"
+    missing = f"'{path}' has no library '{target.name}' for {folder.name} (it has {has})"
     if not sources(fmu):
         raise StickslipError(f"{missing} and no sources. Ask its author for one of them.")
     try:

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen.package import built
+from fmu_models.codegen.package import prepared
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.unbuilt import UnbuiltFmu
 from fmu_models.maps import MAPS
 from fmu_models.oscillators import MODELS
 
@@ -36,7 +37,8 @@ def load(
         StickslipError: unknown model, contact or law, no such file, or contacts or laws for an FMU.
     """
     if not (isinstance(model, str | os.PathLike) and Path(model).suffix.lower() == ".fmu"):
-        return Fmu.open(built(model, contacts=contacts, laws=laws, fmi_version=fmi_version))
+        file, complete = prepared(model, contacts=contacts, laws=laws, fmi_version=fmi_version)
+        return UnbuiltFmu(file, complete) if complete else Fmu.open(file)
     if contacts is not None or laws:
         raise StickslipError(f"'{model}' is an FMU as it is; contacts are chosen when a model is exported.")
     return Fmu.open(model)

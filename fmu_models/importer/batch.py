@@ -45,11 +45,11 @@ class Batch:
             for values in (rows.min(axis=0), rows.max(axis=0)):  # the one that is out of range is refused
                 _checked(self._fmu, dict(zip(self.names, values.tolist(), strict=True)))
         c, n, k = self._prepared.c, self._states, len(self.recorded)
-        whole = np.tile(self._row, (len(rows), 1))
-        whole[:, self._columns] = rows
+        table = np.tile(self._row, (len(rows), 1))
+        table[:, self._columns] = rows
         states, values = np.empty((len(rows), len(self.times), n)), np.empty((len(rows), len(self.times), k - n))
         failures: dict[int, str] = {}
-        pointers = [(request.address(array), array.strides[0]) for array in (whole, states, values)]
+        pointers = [(request.address(array), array.strides[0]) for array in (table, states, values)]
         for i in range(len(rows)):
             c.begun = c.next_time = 0
             c.start_values, c.states, c.values = [first + i * stride for first, stride in pointers]

@@ -98,11 +98,8 @@ def _own(variable: "ScalarVariable") -> list[Any]:
 
 
 class Clocks:
-    """The clocks of an FMU as the master takes them.
-
-    Args:
-        names: of recorded variables, of which ``recorded`` keeps those that have clocks.
-    """
+    """The clocks of an FMU as the master takes them. names: of recorded variables, of which ``recorded`` keeps those
+    that have clocks."""
 
     def __init__(self, fmu: Fmu, names: Sequence[str]) -> None:
         self.fmu = fmu

@@ -17,8 +17,8 @@ def declared(fmu: Fmu) -> tuple[NDArray[np.int64], NDArray[np.int32]] | None:
     if len(numbers) < len(unknowns) or any(unknown.dependencies is None for unknown in unknowns):
         return None
     n = len(numbers)
-    known = [[numbers.get((v.type, v.valueReference), n) for v in u.dependencies or ()] for u in unknowns]
-    columns = np.array([column for row in known for column in row], dtype=np.int64)
-    entries = np.unique(columns * n + np.repeat(np.arange(n), [len(row) for row in known]))
+    columns_of = [[numbers.get((v.type, v.valueReference), n) for v in u.dependencies or ()] for u in unknowns]
+    columns = np.array([column for row in columns_of for column in row], dtype=np.int64)
+    entries = np.unique(columns * n + np.repeat(np.arange(n), [len(row) for row in columns_of]))
     start = np.searchsorted(entries, np.arange(n + 1) * n)
     return start, (entries[: start[n]] % max(1, n)).astype(np.int32)

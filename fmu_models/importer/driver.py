@@ -253,10 +253,7 @@ class Driver(Shown):
         output_times: ArrayLike | None = None,
     ) -> Batch:
         """What many runs over values of ``names`` have in common. Output times default to the end alone.
-
-        Raises:
-            StickslipError: as for ``run``; a co-simulation; values are looked at when runs are made.
-        """
+        StickslipError: as for ``run``; a co-simulation; values are looked at when runs are made."""
         if self.method in (CO_SIMULATION, SCHEDULED):
             raise StickslipError("A batch needs a method of integration; run a co-simulation once per value.")
         if self.clocks.recorded.names:
@@ -271,8 +268,8 @@ class Driver(Shown):
         first = begun(self.fmu, names)
         prepared = self._prepare(times, first, table, start_time, stop_time)
         prepared.c.event_capacity = 0
-        shown = (*self._states, *self._recorded.names)
-        return Batch(self.fmu, names, first, times, shown, len(self._states), prepared, self._call, self._reason)
+        recorded = (*self._states, *self._recorded.names)
+        return Batch(self.fmu, names, first, times, recorded, len(self._states), prepared, self._call, self._reason)
 
     def _reason(self, status: int, c: ctypes.Structure) -> str:
         """Why a run ended early."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
@@ -124,7 +125,8 @@ def perform(
     others = {name: value for name, value in settings["inputs"].items() if name not in words}
     settings["inputs"] |= signals_of(fmu, others, experiment.start_time, experiment.stop_time)
     experiment = replace(experiment, **settings)
-    _build_libraries(fmu, master=not experiment.is_native(fmu))
+    if limits is not None or not experiment.is_native(fmu):
+        _build_libraries(fmu, master=not experiment.is_native(fmu))
     if limits is None:
         trajectory = _run(fmu, experiment, progress=progress)
     else:
@@ -199,7 +201,8 @@ def _recorded(fmu: Fmu, experiment: FmuExperiment, trajectory: Trajectory) -> Re
         for name, value in experiment.inputs.items()
         if not isinstance(value, Signal)
     }
-    provenance = Provenance.of(
+    provenance = partial(
+        Provenance.of,
         fmu,
         NATIVE if experiment.is_native(fmu) else experiment.method or "auto",
         experiment.start_time,

@@ -41,12 +41,12 @@ class Library1(ctypes.CDLL):
         self._fmu, self._prefix, self._master = fmu, f"{identifier}_", master
         super().__init__(file)
         states = [u.variable.derivative for u in fmu.description.derivatives if u.variable]
-        made = [v for v in fmu.variables.values() if v.alias is not None or v.sourceline is None]
+        added = [v for v in fmu.variables.values() if v.alias is not None or v.sourceline is None]
         rows = [
             (KIND.NEGATED, v.alias.valueReference)
             if v.alias is not None
             else (KIND.RATE if v.derivative else KIND.STATE, states.index(v.derivative or v))
-            for v in made
+            for v in added
         ]
         n = len(states)
         self._arrays = {
@@ -59,7 +59,7 @@ class Library1(ctypes.CDLL):
                 "room": np.zeros(n),
             },
         }
-        self.adapter = Adapter(n, made[0].valueReference if made else 1 << 32, len(made))
+        self.adapter = Adapter(n, added[0].valueReference if added else 1 << 32, len(added))
         for name, array in self._arrays.items():
             setattr(self.adapter, name, array.ctypes.data)
         for name in [field[0] for field in Adapter._fields_ if field[0][0].isupper()]:

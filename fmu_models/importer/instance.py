@@ -346,7 +346,7 @@ class Instance:
         calls.state_references, calls.derivative_references = self._states.ctypes.data, self._derivatives.ctypes.data
         if (pattern := dependencies.declared(self.fmu)) is not None:
             self._pattern = pattern
-            calls.dependency_start, calls.dependency_rows = (part.ctypes.data for part in pattern)
+            calls.dependency_start, calls.dependency_rows = (array.ctypes.data for array in pattern)
 
 
 def _release(free: Callable[[int], object], pointers: list[int], dll: ctypes.CDLL, *_used: object) -> None:

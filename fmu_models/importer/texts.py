@@ -29,14 +29,9 @@ def split(fmu: Fmu, values: Mapping[str, Value]) -> tuple[dict[str, Value], dict
 
 
 def checked(fmu: Fmu, values: Mapping[str, object], *, kind: str) -> dict[str, str | bytes]:
-    """What is set as the FMU takes it: texts, and bytes, also from hex text ``0x00ff`` and from a file ``@path``.
-
-    Args:
-        kind: "parameter", "input" or "start value": what the variables must be.
-
-    Raises:
-        StickslipError: a variable of another kind, no text, no bytes, an array of which elements are missing.
-    """
+    """What is set as the FMU takes it: texts, and bytes, also from hex text ``0x00ff`` and from a file ``@path``. kind:
+    "parameter", "input" or "start value": what the variables must be. StickslipError: a variable of another kind, no
+    text, no bytes, an array of which elements are missing."""
     texts: dict[str, str | bytes] = {}
     for name, value in values.items():
         variable = fmu.variables[owner(name, fmu.variables)]

@@ -113,12 +113,12 @@ def _check_cones(mechanism: Body) -> None:
     """Refuse a second friction on a motion that friction with two directions rubs on: who holds how much is open."""
     speeds = [q.v for q in mechanism.coordinates]
     for contact in mechanism.contacts:
-        for other in mechanism.contacts if contact.kind.cone else ():
-            slips = [*contact.slips, *other.slips]
+        for sibling in mechanism.contacts if contact.kind.cone else ():
+            slips = [*contact.slips, *sibling.slips]
             slopes = sympy.Matrix([[sympy.diff(slip, v) for v in speeds] for slip in slips])
-            if other is not contact and other.slips and slopes.rank() < len(slips):
+            if sibling is not contact and sibling.slips and slopes.rank() < len(slips):
                 raise StickslipError(
-                    f"{mechanism.name}: contacts '{contact.name}' and '{other.name}' rub on the same motion, one "
+                    f"{mechanism.name}: contacts '{contact.name}' and '{sibling.name}' rub on the same motion, one "
                     "of them in two directions: nothing says which holds how much at rest. Put them into one law."
                 )
 

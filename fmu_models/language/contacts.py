@@ -7,7 +7,7 @@ During slip its law gives lambda; during stick lambda is whatever keeps y' = 0, 
 import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, ClassVar, NamedTuple, Protocol, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import sympy
 
@@ -32,44 +32,45 @@ class Requirement(NamedTuple):
     warning: str = ""
 
 
-class Law(Protocol):
-    """A friction law; one file each in ``laws``. Force and rates are analytic for each sign of the slip speed."""
+class Law(ABC):
+    """A friction law; one file each in ``laws``. Force and rates are analytic for each sign of the slip speed. One that
+    says nothing else has no internal states."""
 
     sticks: ClassVar[bool]
     """Whether lambda jumps at zero slip, so that the contact can stick."""
 
     @property
+    @abstractmethod
     def capacity(self) -> sympy.Expr:
         """Largest force lambda in stick, N; that against negative slip."""
-        ...
 
     @property
     def capacity_minus(self) -> sympy.Expr:
-        """Largest -lambda in stick, N; that against positive slip."""
-        ...
+        """Largest -lambda in stick, N; that against positive slip, of most laws the same."""
+        return self.capacity
 
     @property
     def states(self) -> tuple[InternalState, ...]:
         """Internal states."""
-        ...
+        return ()
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """What the parameters of the law must satisfy."""
-        ...
+        """What the parameters of the law must satisfy beside their bounds."""
+        return ()
 
     @property
     def renewed(self) -> Mapping[State, sympy.Expr]:
         """Internal states, of those that jump where stick begins or ends."""
-        ...
+        return {}
 
+    @abstractmethod
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force lambda along positive slip, N, at ``slip`` (m/s) of sign ``sign`` (+1 or -1)."""
-        ...
 
     def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
         """Rates of the internal states; in stick the sign is 0."""
-        ...
+        return ()
 
 
 class Contact(Shown, ABC):

@@ -7,7 +7,7 @@ every dimension.
 Units are read only when a model is declared.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -67,9 +67,9 @@ class Dimensions:
         mechanical = self.scaled and unit in ("J", "W")
         self.compare(label, dimension, NONE if mechanical else self.of_unit(unit), unit)
 
-    def compare(self, label: str, dimension: Dimension | None, expected: Dimension, unit: str = "") -> None:
+    def compare(self, label: str, dimension: Dimension | None, expected: Dimension | None, unit: str = "") -> None:
         """Refuse two dimensions that differ."""
-        if dimension is not None and dimension != expected:
+        if dimension is not None and expected is not None and dimension != expected:
             raise StickslipError(
                 f"{self.model}: units do not match: {label} is in {_text(dimension)}, not in {unit or _text(expected)}"
                 f"{f' = {_text(expected)}' if unit and unit != _text(expected) else ''}. Look at the units of its "
@@ -91,7 +91,7 @@ class Dimensions:
         if e.is_Add:
             return self._sum(e)
         if e.is_Mul:
-            return self._product(self.of(factor) for factor in e.args)
+            return self.product(*map(self.of, e.args))
         if isinstance(e, sympy.Pow):
             return self._power(e)
         if isinstance(e, sympy.Function):
@@ -112,7 +112,8 @@ class Dimensions:
             raise Mismatch(f"{a} is in {_text(first)}, {b} in {_text(second)}; they cannot be added")
         return next(iter(seen), None)
 
-    def _product(self, dimensions: Iterable[Dimension | None]) -> Dimension | None:
+    def product(self, *dimensions: Dimension | None) -> Dimension | None:
+        """Of all of them; None where one is not known."""
         total: Dimension | None = NONE
         for dimension in dimensions:
             total = None if total is None or dimension is None else self.times(total, dimension)

@@ -1,19 +1,18 @@
 """What all set-valued friction laws without internal states have in common."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from abc import abstractmethod
 from dataclasses import MISSING, fields
 from typing import Any, ClassVar, Self
 
 import sympy
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.language.contacts import Requirement
+from fmu_models.language.contacts import Law, Requirement
 from fmu_models.language.law_parameter import LawParameter, parameters_of
-from fmu_models.language.quantities import InternalState, Parameter, State
+from fmu_models.language.quantities import Parameter
 
 
-class DryFriction(ABC):
+class DryFriction(Law):
     """lambda = -magnitude(|v|) sgn(v) in slip, |lambda| < magnitude(0) in stick."""
 
     sticks: ClassVar[bool] = True
@@ -36,37 +35,13 @@ class DryFriction(ABC):
         return self.magnitude(speed)
 
     @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """None beside the bounds of the parameters."""
-        return ()
-
-    @property
-    def states(self) -> tuple[InternalState, ...]:
-        """No internal states."""
-        return ()
-
-    @property
-    def renewed(self) -> Mapping[State, sympy.Expr]:
-        """None that jump."""
-        return {}
-
-    @property
     def capacity(self) -> sympy.Expr:
         """Largest force in stick, N."""
         return self.magnitude(sympy.S.Zero)
 
-    @property
-    def capacity_minus(self) -> sympy.Expr:
-        """The largest force in stick in the other direction."""
-        return self.capacity
-
     def force(self, slip: sympy.Expr, sign: sympy.Expr) -> sympy.Expr:
         """Friction force along positive slip, N."""
         return -sign * self.magnitude(sign * slip)
-
-    def rates(self, slip: sympy.Expr, sign: sympy.Expr) -> tuple[sympy.Expr, ...]:
-        """None, without internal states."""
-        return ()
 
 
 def parts_around(law: type[Any], own: object, suffix: str) -> dict[str, Any]:

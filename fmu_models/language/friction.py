@@ -107,13 +107,10 @@ class Friction(_Rubbing):
         units.known[self.slip_speed] = slip
         label = f"the law of contact '{self.name}'"
         force = units.expect(label, self.law_force, None)
-        if force is not None and slip is not None:
-            units.match(f"slip times force of contact '{self.name}'", units.times(force, slip), "W")
-        if slip is not None:
-            for bound in dict.fromkeys((self.law.capacity, self.law.capacity_minus)):
-                capacity = units.expect(f"what contact '{self.name}' holds in stick", bound, None)
-                if capacity is not None:
-                    units.match(f"slip times what contact '{self.name}' holds", units.times(capacity, slip), "W")
+        units.match(f"slip times force of contact '{self.name}'", units.product(force, slip), "W")
+        for bound in dict.fromkeys((self.law.capacity, self.law.capacity_minus)) if slip is not None else ():
+            capacity = units.expect(f"what contact '{self.name}' holds in stick", bound, None)
+            units.match(f"slip times what contact '{self.name}' holds", units.product(capacity, slip), "W")
         units.known[self.force] = force
         self._check_rates(units)
         self._check_region(units)
@@ -216,13 +213,11 @@ class Cone(_Rubbing):
             )
 
     def check_units(self, units: Dimensions) -> None:
-        one, other = (units.expect(f"the slip of contact '{self.name}'", slip, None) for slip in self.slip)
-        if one is not None:
-            units.compare(f"the second slip of contact '{self.name}'", other, one)
-        units.known[self.slip_speed] = one
+        along, across = (units.expect(f"the slip of contact '{self.name}'", slip, None) for slip in self.slip)
+        units.compare(f"the second slip of contact '{self.name}'", across, along)
+        units.known[self.slip_speed] = along
         force = units.expect(f"the law of contact '{self.name}'", self.law_force, None)
-        if force is not None and one is not None:
-            units.match(f"slip times force of contact '{self.name}'", units.times(force, one), "W")
+        units.match(f"slip times force of contact '{self.name}'", units.product(force, along), "W")
         for symbol in (self.force, *self.shown):
             units.known[symbol] = force
         self._check_region(units)
@@ -230,7 +225,7 @@ class Cone(_Rubbing):
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:
         x, y = self.slip
         speed: Any = sympy.sqrt(x**2 + y**2)
-        whole = self._direction(
+        direction = self._direction(
             rates,
             sympy.S.Zero,
             self.place,
@@ -257,4 +252,4 @@ class Cone(_Rubbing):
             )
             for side, slip, force in zip("xy", self.slip, self.shown, strict=True)
         )
-        return dataclasses.replace(whole, slip=speed, slip_terms=(*terms(x), *terms(y))), *sides
+        return dataclasses.replace(direction, slip=speed, slip_terms=(*terms(x), *terms(y))), *sides

@@ -67,11 +67,8 @@ class Reduced:
     _stiffness: Any = field(repr=False)
 
     def place(self, degree: str, q: Mapping[str, Coordinate]) -> sympy.Expr:
-        """A degree of freedom, written by the coordinates; of their velocities ``speed`` is the same.
-
-        Raises:
-            StickslipError: none is called so.
-        """
+        """A degree of freedom, written by the coordinates; of their velocities ``speed`` is the same. StickslipError:
+        none is called so."""
         row = self.basis[self._row(degree)]
         return sympy.Add(*(sympy.Float(float(x)) * q[name] for name, x in zip(self.names, row, strict=True) if x))
 
@@ -81,21 +78,18 @@ class Reduced:
 
     def residual(self, degree: str) -> float:
         """The share of its static flexibility, in percent, that a degree of freedom lacks: 0 of those kept.
-
-        Raises:
-            StickslipError: none is called so, or nothing holds the structure.
-        """
+        StickslipError: none is called so, or nothing holds the structure."""
         from scipy.sparse.linalg import splu
 
         row = self._row(degree)
         force = np.zeros(len(self.degrees))
         force[row] = 1.0
         try:
-            whole = splu(self._stiffness.tocsc()).solve(force)[row]
-            here = self.basis[row] @ np.linalg.solve(self.K, self.basis[row])
+            flexibility = splu(self._stiffness.tocsc()).solve(force)[row]
+            kept_flexibility = self.basis[row] @ np.linalg.solve(self.K, self.basis[row])
         except (RuntimeError, np.linalg.LinAlgError):
             raise StickslipError("Nothing holds the structure: it has no static flexibility") from None
-        return float(100.0 * (1.0 - here / whole))
+        return float(100.0 * (1.0 - kept_flexibility / flexibility))
 
     def _row(self, degree: str) -> int:
         refuse_unknown(degree, self.degrees, f"No degree of freedom is called '{degree}'.")
@@ -134,24 +128,24 @@ def reduced(
     all_names = names_of(n, names)
     for name in keep:
         refuse_unknown(name, all_names, f"No degree of freedom is called '{name}'.")
-    kept = [all_names.index(name) for name in keep]
-    inner = np.setdiff1d(np.arange(n), kept)
+    kept_rows = [all_names.index(name) for name in keep]
+    inner = np.setdiff1d(np.arange(n), kept_rows)
     if not 0 <= modes <= len(inner):
-        raise StickslipError(f"There are {len(inner)} modes with {len(kept)} degrees of freedom kept, not {modes}")
+        raise StickslipError(f"There are {len(inner)} modes with {len(kept_rows)} degrees of freedom kept, not {modes}")
     squares, shapes = _modes(mass[inner][:, inner], stiffness[inner][:, inner], modes)
-    basis = np.zeros((n, len(kept) + modes))
-    basis[kept, range(len(kept))] = 1.0
-    static = _statics(stiffness[inner][:, inner], -stiffness[inner][:, kept].toarray())
+    basis = np.zeros((n, len(kept_rows) + modes))
+    basis[kept_rows, range(len(kept_rows))] = 1.0
+    static = _statics(stiffness[inner][:, inner], -stiffness[inner][:, kept_rows].toarray())
     basis[inner] = np.hstack([static, shapes[:, :modes]])
     omega = np.sqrt(np.maximum(squares, 0.0))
     small_mass, small_dampers, small_stiffness = (basis.T @ (A @ basis) for A in (mass, dampers, stiffness))
-    at = range(len(kept), len(kept) + modes)
+    at = range(len(kept_rows), len(kept_rows) + modes)
     # what the equations above make diagonal, or zero, is so without rounding: every entry costs
     inside = np.ix_(at, at)
     small_mass[inside], small_stiffness[inside] = np.eye(modes), np.diag(squares[:modes])
-    across = small_stiffness[: len(kept), len(kept) :]
+    across = small_stiffness[: len(kept_rows), len(kept_rows) :]
     if abs(across).max(initial=0.0) <= _ROUNDED * abs(stiffness).max():
-        across[:] = small_stiffness[len(kept) :, : len(kept)] = 0.0
+        across[:] = small_stiffness[len(kept_rows) :, : len(kept_rows)] = 0.0
     small_dampers[at, at] += 2.0 * damping * omega[:modes]
     left_out = float(omega[modes]) if len(omega) > modes else np.inf
     if left_out**2 <= _RIGID * abs(stiffness).max() / abs(mass).max():
@@ -199,14 +193,14 @@ def _modes(mass: csr_array, stiffness: csr_array, count: int) -> tuple[NDArray[n
     from scipy.sparse.linalg import eigsh
 
     n = mass.shape[0]  # pyright: ignore[reportOptionalSubscript]
-    wanted = min(count + 1, n)
+    needed = min(count + 1, n)
     if not n:
         return np.zeros(0), np.zeros((0, 0))
-    if n <= _DENSE or wanted >= n - 1:
-        return linalg.eigh(stiffness.toarray(), mass.toarray(), subset_by_index=(0, wanted - 1))
+    if n <= _DENSE or needed >= n - 1:
+        return linalg.eigh(stiffness.toarray(), mass.toarray(), subset_by_index=(0, needed - 1))
     # below zero, so that a structure that nothing holds has a factor
     below = -1e-6 * abs(stiffness).max() / abs(mass).max()
-    squares, shapes = eigsh(stiffness, wanted, mass, sigma=below)
+    squares, shapes = eigsh(stiffness, needed, mass, sigma=below)
     order = np.argsort(squares)
     return squares[order], shapes[:, order]
 
@@ -331,8 +325,8 @@ def _read(letter: str, source: str | os.PathLike[str]) -> NDArray[Any] | spmatri
     from scipy import io
 
     text = os.fspath(source)
-    place, _, key = text.rpartition(":") if ".mat:" in text else (text, "", "")
-    path = Path(place)
+    file_name, _, key = text.rpartition(":") if ".mat:" in text else (text, "", "")
+    path = Path(file_name)
     try:
         if path.suffix == ".mtx":
             return io.mmread(path)
@@ -343,6 +337,6 @@ def _read(letter: str, source: str | os.PathLike[str]) -> NDArray[Any] | spmatri
     except (OSError, ValueError, NotImplementedError) as error:
         raise StickslipError(f"{letter} cannot be read from {path}: {error}") from None
     except KeyError:
-        held = ", ".join(name for name, *_ in io.whosmat(path))
-        raise StickslipError(f"{path} has no '{key}'; it holds {held}") from None
+        variables = ", ".join(name for name, *_ in io.whosmat(path))
+        raise StickslipError(f"{path} has no '{key}'; it holds {variables}") from None
     raise StickslipError(f"{letter}: {text} is no .mtx, .npy or file.mat:name")

@@ -94,21 +94,21 @@ class Mechanism(Body):
         """
         mass, dampers, stiffness = matrices_of(M, C, K)
         kg, per_speed, per_way = (
-            Parameter(f"{what}_factor", 1.0, unit, f"factor of the {what} matrix", positive=what == "mass")
-            for what, unit in (("mass", "kg"), ("damping", "N s/m"), ("stiffness", "N/m"))
+            Parameter(f"{quantity}_factor", 1.0, unit, f"factor of the {quantity} matrix", positive=quantity == "mass")
+            for quantity, unit in (("mass", "kg"), ("damping", "N s/m"), ("stiffness", "N/m"))
         )
         q = {
             own: Coordinate(identifier(own), "m", f"displacement {own}", velocity=f"v_{identifier(own)}")
             for own in names_of(mass.shape[0], names)
         }
-        ways, speeds = list(q.values()), [x.v for x in q.values()]
+        coordinates, speeds = list(q.values()), [x.v for x in q.values()]
         return cls(
             name=name,
             title=title,
             source=source,
-            coordinates=[ways[row] for row in narrow_order(mass)],
+            coordinates=[coordinates[row] for row in narrow_order(mass)],
             kinetic_energy=kg * quadratic(mass, speeds),
-            potential_energy=per_way * quadratic(stiffness, ways),
+            potential_energy=per_way * quadratic(stiffness, coordinates),
             dissipation=per_speed * quadratic(dampers, speeds),
             applied=applied(q),
             contacts=contacts(q),
@@ -147,10 +147,7 @@ class Mechanism(Body):
 
     def restricted_to(self, contacts: Iterable[str]) -> Mechanism:
         """The mechanism with these contacts only, without the quantities and outputs that served the others alone.
-
-        Raises:
-            StickslipError: no contact has that name.
-        """
+        StickslipError: no contact has that name."""
         chosen = [self._contact(name) for name in contacts]
         chosen = [contact for contact in self.contacts if contact in chosen]
         if len(chosen) == len(self.contacts):
@@ -167,19 +164,12 @@ class Mechanism(Body):
         )
 
     def law_of(self, name: str) -> Law | StopLaw:
-        """The law of a contact.
-
-        Raises:
-            StickslipError: no contact has that name, or it is rigid and has no law.
-        """
+        """The law of a contact. StickslipError: no contact has that name, or it is rigid and has no law."""
         return self._contact(name).exchangeable_law(self.name)
 
     def with_law(self, **laws: Law | StopLaw) -> Mechanism:
-        """The mechanism with other laws for the contacts named: ``with_law(disc0=LuGre(...))``.
-
-        Raises:
-            StickslipError: no contact has that name, or it is rigid and has no law.
-        """
+        """The mechanism with other laws for the contacts named: ``with_law(disc0=LuGre(...))``. StickslipError: no
+        contact has that name, or it is rigid and has no law."""
         for name in laws:
             self.law_of(name)
         contacts = [

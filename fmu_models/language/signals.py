@@ -127,9 +127,9 @@ def _holds(requirement: Requirement) -> bool:
 def _check(signal: PeriodicSignal) -> None:
     places = [place for place, _ in signal.knots]
     if len(places) < 2 or places[0] != 0 or places[-1] != 1:
-        found = ", ".join(map(str, places)) or "none"
+        listed = ", ".join(map(str, places)) or "none"
         raise StickslipError(
-            f"The knots of signal '{signal.name}' are at the places {found}. They must span one period: the first at "
+            f"The knots of signal '{signal.name}' are at the places {listed}. They must span one period: the first at "
             "0, the last at 1, places in parts of the period."
         )
     for requirement in signal.requirements:

@@ -7,8 +7,7 @@ it, it creeps at a fraction of the width. The equations become stiff as 1/width,
 model depend on the width, unlike those of the law itself.
 """
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from abc import abstractmethod
 from dataclasses import dataclass, field
 from math import inf
 from types import SimpleNamespace
@@ -19,11 +18,11 @@ import sympy
 from fmu_models.language.contacts import Law, Requirement
 from fmu_models.language.dry_friction import parts_around
 from fmu_models.language.law_parameter import declared
-from fmu_models.language.quantities import InternalState, State
+from fmu_models.language.quantities import InternalState
 
 
 @dataclass(frozen=True)
-class Smoothed(ABC):
+class Smoothed(Law):
     """A set-valued ``law`` smoothed over the slip speed ``width``, m/s."""
 
     law: Law
@@ -42,11 +41,6 @@ class Smoothed(ABC):
     @property
     def states(self) -> tuple[InternalState, ...]:
         return self.law.states
-
-    @property
-    def renewed(self) -> Mapping[State, sympy.Expr]:
-        """None: there is no stick."""
-        return {}
 
     @property
     def capacity(self) -> sympy.Expr:

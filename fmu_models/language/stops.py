@@ -11,9 +11,10 @@ stop acts on the body with -(d d'/dv)^T F. It lets go
 The second rule is that of a support without mass that relaxes at once when it is free.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import sympy
 
@@ -28,7 +29,7 @@ from fmu_models.language.quantities import ContactSymbol, Coordinate, per_second
 _RELEASES = ("gap", "force")
 
 
-class StopLaw(Protocol):
+class StopLaw(ABC):
     """A law of a stop; one file each in ``laws``. Its force is analytic inside, but for a root of the depth."""
 
     remembers: ClassVar[bool]
@@ -37,15 +38,15 @@ class StopLaw(Protocol):
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """What the parameters of the law must satisfy."""
-        ...
+        return ()
 
+    @abstractmethod
     def force(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
         """Compressive force F, N, at depth (m), its rate and the rate at entry (m/s)."""
-        ...
 
     def release(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
-        """An analytic quantity that has the sign of F."""
-        ...
+        """An analytic quantity that has the sign of F, itself if it is one."""
+        return self.force(depth, rate, memory)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -150,11 +151,10 @@ class Stop(Contact):
 
     def check_units(self, units: Dimensions) -> None:
         depth = units.expect(f"the gap of stop '{self.name}'", self.gap, None)
-        rate = None if depth is None else units.times(depth, units.of_unit("1/s"))
+        rate = units.product(depth, units.of_unit("1/s"))
         units.known |= {self.penetration: depth, self.rate: rate, self.memory: rate}
         force = units.expect(f"the law of stop '{self.name}'", self.compression, None)
-        if force is not None and depth is not None:
-            units.match(f"gap times force of stop '{self.name}'", units.times(force, depth), "J")
+        units.match(f"gap times force of stop '{self.name}'", units.product(force, depth), "J")
         units.known[self.force] = force
 
     def dynamics(self, rates: Rates, index: int) -> tuple[ContactDynamics, ...]:

@@ -18,8 +18,7 @@ def check_units(mechanism: Body) -> None:
     units.expect("the dissipation", mechanism.dissipation, "W")
     for q, force in mechanism.applied.items():
         work = None if force == 0 else units.expect(f"the force on {q.name}", force, None)
-        if work is not None:
-            units.match(f"the force on {q.name} times its velocity", units.times(work, units.of_unit(q.v.unit)), "W")
+        units.match(f"the force on {q.name} times its velocity", units.product(work, units.of_unit(q.v.unit)), "W")
     for contact in mechanism.contacts:
         contact.check_units(units)
     for output in mechanism.outputs:

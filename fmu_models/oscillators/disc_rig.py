@@ -61,7 +61,7 @@ def rig(name: str, title: str, *discs: tuple[Friction, list[Output]], outputs: S
         potential_energy=k * theta**2 / 2,
         dissipation=c * omega**2 / 2,
         contacts=[contact for contact, _ in discs],
-        outputs=[*(output for _, shown in discs for output in shown), *outputs],
+        outputs=[*(output for _, disc_outputs in discs for output in disc_outputs), *outputs],
     )
 
 

@@ -12,6 +12,8 @@ from fmu_models.base.figures import part_ticks
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+SMALLEST = 12.0  # px
+
 
 def inline_svg(figure: Figure, prefix: str, title: str) -> str:
     """SVG of a figure to be put into HTML. prefix: of its ids, so that several figures share a page; title: read out to
@@ -32,7 +34,14 @@ def inline_svg(figure: Figure, prefix: str, title: str) -> str:
     svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
     head, end, body = svg.partition(">")
-    return f'{head} role="img" aria-label="{escape(title)}"{end}{body.strip()}'
+    told = f'style="min-width: {_least(figure, body):.0f}px" role="img" aria-label="{escape(title)}"'
+    return f"{head} {told}{end}{body.strip()}"
+
+
+def _least(figure: Figure, body: str) -> float:
+    """Pixels across from which on all texts are as large as `SMALLEST`, but for exponents and indices."""
+    sizes = [float(size) for size in re.findall(r'<text style="font-size: ([\d.]+)px', body)]
+    return SMALLEST * 72.0 * figure.get_figwidth() / min(sizes, default=SMALLEST)
 
 
 def _shortened(tag: re.Match[str]) -> str:

@@ -20,7 +20,8 @@ from fmu_models.analyses.diagram import Diagram
 from fmu_models.analyses.labels import UNLABELLED
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import checked_page, write_whole
-from fmu_models.base.shown import Pictured
+from fmu_models.base.shown import Pictured, tell
+from fmu_models.report.document import document, paragraph, section
 from fmu_models.report.views import SWEEPS, attractors_of, classes_of, colours_of
 
 PALE = "#FFFFFF"  # of what has no class
@@ -74,18 +75,19 @@ def write_page(
 
     drawn = traces(result)
     assert isinstance(result, Diagram | Chart | Basins)
-    figure = graph.Figure(drawn, _layout(result))
-    text = figure.to_html(
-        full_html=True,
+    plot = graph.Figure(drawn, _layout(result)).to_html(
+        full_html=False,
         include_plotlyjs=True,
-        config={"displaylogo": False, "scrollZoom": True},
-        default_height="100%" if motion is None else "75vh",
+        config={"displaylogo": False, "scrollZoom": True, "responsive": True},
+        default_height="100%",
         post_script=None if motion is None else CLICK % _clicked(result, motion),
     )
-    text = text.replace("<head>", f"<head><title>{_layout(result)['title']['text']}</title>", 1)
+    named = type(result).__name__.lower()
+    main = [f'<div class="plot" role="group" aria-label="{named}: what it shows stands below">{plot}</div>']
     if motion is not None:
-        head, _, tail = text.rpartition("</body>")
-        text = f"{head}<p>A click above shows the motion of that place here.</p>{motion.frame}</body>{tail}"
+        main += [paragraph("A click above shows the motion of that place here."), motion.frame]
+    main.append(section("words", "In words", [f"<pre>{html.escape(tell(result))}</pre>"], folded=motion is not None))
+    text = document(result.model, f"{named} over {' and '.join(_axes(result))}", main, broad=True)
     with write_whole(target, overwrite=overwrite) as temporary:
         temporary.write_text(text, "utf-8")
     return target
@@ -104,12 +106,20 @@ def _clicked(result: Diagram | Chart | Basins, motion: PickedMotion) -> str:
     return json.dumps(content).replace("</", "<\\/")
 
 
-def _layout(result: Diagram | Chart | Basins) -> dict[str, Any]:
+def _axes(result: Diagram | Chart | Basins) -> list[str]:
+    """Names of what is drawn across and up, with units."""
     names = (result.over, result.of) if isinstance(result, Diagram) else tuple(result.axes)
+    units = [result.units.get(name, "1") for name in names]
+    return [name if unit in ("", "1") else f"{name} ({unit})" for name, unit in zip(names, units, strict=True)]
+
+
+def _layout(result: Diagram | Chart | Basins) -> dict[str, Any]:
+    across, up = _axes(result)
     return {
-        "title": {"text": html.escape(result.model)},
-        "xaxis": {"title": {"text": names[0]}},
-        "yaxis": {"title": {"text": names[1]}},
+        "xaxis": {"title": {"text": across}},
+        "yaxis": {"title": {"text": up}},
+        "legend": {"orientation": "h", "yanchor": "bottom", "y": 1.01, "x": 0.0},
+        "margin": {"l": 55, "r": 10, "t": 50, "b": 50},
         "template": "simple_white",
         "dragmode": "zoom",
         "hovermode": "closest",

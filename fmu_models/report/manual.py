@@ -1,9 +1,10 @@
-"""The manual as a site: built from the sources that come along, once for each state of them, into the cache.
+"""The manual as a site: the built one that a wheel brings, else one in the cache, of this very state of the sources.
 
-    digest of the manual, the packages and data -> <cache>/manual-<digest>/index.html
+    digest of the manual, the packages and data -> <cache>/manual-<digest>/index.html, or manual-<digest>-plain
 
-Sphinx runs in a process of its own upon a copy of the sources, since pages that are made from the code are written
-among them. A site appears under its name when it is whole.
+A full one is built when it is asked for, in minutes; without it the pages are shown as they are written
+(plain_manual.py). Sphinx runs in a process of its own upon a copy of the sources, since pages that are made from the
+code are written among them. A site appears under its name when it is whole.
 """
 
 import importlib.util
@@ -21,6 +22,7 @@ from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.child_process import kill_session
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.temporary import temporary_folder
+from fmu_models.report import plain_manual
 
 NEEDED = ("furo", "myst_nb", "sphinx")
 # what Sphinx says it does, and the share of a build after which it begins: pictures are computed, then cells run
@@ -28,15 +30,16 @@ PHASES = {"making": (0.0, 0.5), "reading": (0.5, 0.85), "writing": (0.85, 1.0)}
 LAST_WORDS = 12  # lines of a build that failed
 KEPT = 3  # sites in the cache: of other versions or checkouts
 # what an earlier build may have made among the sources
-MADE = shutil.ignore_patterns("__pycache__", "gallery", "python")
+MADE = shutil.ignore_patterns("__pycache__", "gallery", "python", shipped.SITE)
 
 
 @dataclass(frozen=True)
 class Site:
-    """A built manual. folder: where it is; built: now, or found in the cache."""
+    """A manual. folder: where it is; built: now, or found; plain: pages as they are written."""
 
     folder: Path
     built: bool
+    plain: bool = False
 
     @property
     def index(self) -> Path:
@@ -49,19 +52,25 @@ class Site:
         return sum(1 for _ in self.folder.rglob("*.html"))
 
 
-def manual_site(*, strict: bool = False, progress: Callable[[float], None] = lambda _: None) -> Site:
+def manual_site(
+    *, build: bool = False, strict: bool = False, progress: Callable[[float], None] = lambda _: None
+) -> Site:
     """The manual of this very suite.
 
     Args:
-        strict: warnings of Sphinx are errors, and a site in the cache is not taken.
+        build: in full, if it has not been; otherwise pages are as they are written where no full ones are found.
+        strict: warnings of Sphinx are errors, and a site that is there is not taken.
         progress: told the share that is done.
 
     Raises:
         StickslipError: the extra is not installed, or the build fails; says what its last words were.
     """
     target = cache_folder() / f"manual-{_state()}"
-    if target.is_dir() and not strict:
-        return Site(target, built=False)
+    for folder in (shipped.site(), target):
+        if folder.is_dir() and not strict:
+            return Site(folder, built=False)
+    if not (build or strict):
+        return _plain(target.with_name(f"{target.name}-plain"))
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
         raise StickslipError(
@@ -71,11 +80,24 @@ def manual_site(*, strict: bool = False, progress: Callable[[float], None] = lam
     with temporary_folder("manual", target.parent) as work:
         shutil.copytree(shipped.manual(), work / "source", ignore=MADE)
         _build(work, strict, progress)
-        if target.is_dir():
-            shutil.rmtree(target)
-        os.replace(work / "site", target)
-    forget_old(target.parent)
+        _keep(work / "site", target)
     return Site(target, built=True)
+
+
+def _plain(target: Path) -> Site:
+    if target.is_dir():
+        return Site(target, built=False, plain=True)
+    with temporary_folder("manual", target.parent) as work:
+        plain_manual.write(work / "site")
+        _keep(work / "site", target)
+    return Site(target, built=True, plain=True)
+
+
+def _keep(site: Path, target: Path) -> None:
+    if target.is_dir():
+        shutil.rmtree(target)
+    os.replace(site, target)
+    forget_old(target.parent)
 
 
 def forget_old(folder: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fmu_models.base.console import hanging
 from fmu_models.base.table import Cell, number, table
 
 if TYPE_CHECKING:
@@ -15,14 +16,18 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
     out.print(f"[bold]{content['name']}[/bold]  {content['title']}")
     out.print(f"source: {content['source']}\n")
     for line in content["equations"]:
-        out.print(f"    {line}", markup=False)
+        out.print(hanging(f"    {line}", out.width, 8), markup=False)
     for contact in content["contacts"]:
         kind = f"{contact['kind']}, {contact['law']}" if contact["law"] else contact["kind"]
         out.print(f"\n[bold]{contact['name']}[/bold] ({kind}): {contact['description']}")
-        for name, expression in contact["equations"].items():
-            out.print(f"    {name:22s} {expression}", markup=False)
-        out.print(f"    {'states':22s} {', '.join(contact['states'])}", markup=False)
-        out.print(f"    {'indicators':22s} {'; '.join(contact['indicators'])}", markup=False)
+        of_it = {
+            **contact["equations"],
+            "states": ", ".join(contact["states"]),
+            "indicators": "; ".join(contact["indicators"]),
+        }
+        for name, text in of_it.items():
+            out.print(hanging(f"    {name:22s} {text}", out.width, 27), markup=False)
+    out.print()
     rows: list[list[str | Cell]] = [
         [p["name"], *(number(p[key], "g") for key in ("value", "minimum", "maximum")), p["unit"], p["description"]]
         for p in content["parameters"]
@@ -40,4 +45,4 @@ def print_sheet(content: dict[str, Any], out: Console) -> None:
     linear = "every mode is linear with constant coefficients" if exact["linear"] else "no"
     out.print(f"exact flow: {linear}" + ("; strobes of ensembles are made by it" if exact["lanes"] else ""))
     for sentence in exact["obstacles"]:
-        out.print(f"    {sentence}", markup=False)
+        out.print(hanging(f"    {sentence}", out.width, 4), markup=False)

@@ -13,6 +13,7 @@ from fmu_models.base import console
 from fmu_models.base.record import record
 from fmu_models.base.table import Cell, number, table
 from fmu_models.fmu.elements import owner
+from fmu_models.importer.experiment import NATIVE
 from fmu_models.importer.texts import shown
 from fmu_models.language.contact_kinds import CONTACT_STATES, RIGID_STATES
 from fmu_models.report import beside_summary
@@ -33,7 +34,7 @@ def summary(
     fmu: Fmu, recording: Recording, estimate: ErrorEstimate | None = None, second: SecondRun | None = None
 ) -> dict[str, Any]:
     """What happened, as plain data, ready for JSON; a number that is not finite is null."""
-    trajectory, origin = recording.trajectory, recording.provenance
+    trajectory = recording.trajectory
     rates = {str(u.variable.name) for u in fmu.description.derivatives if u.variable}
     ours, unshown = (*fmu.states, *fmu.outputs), {*rates, *fmu.inputs}
     listed = [n for n in trajectory.values if (n in ours if fmu.ours else owner(n, fmu.variables) not in unshown)]
@@ -42,7 +43,7 @@ def summary(
     content = {
         "model": fmu.description.modelName,
         "until": float(trajectory.time[-1]) if trajectory.time.size else None,
-        "method": trajectory.method or (origin.method if origin else ""),
+        "method": trajectory.method or NATIVE,
         "ranges": {name: _range(trajectory, name) for name in listed},
         "not_finite": _not_finite(trajectory),
         "contacts": {name: _contact(trajectory, name, rigid=name in fmu.impacts) for name in contacts},

@@ -64,11 +64,7 @@ KEYS = {
 
 
 def checked_scene(document: Document) -> Scene:
-    """The scene of a document.
-
-    Raises:
-        StickslipError: what is wrong, with its line, what was expected and what to do.
-    """
+    """The scene of a document. StickslipError: what is wrong, with its line, what was expected and what to do."""
     document.check_keys(KEYS)
     return _Check(document).scene()
 
@@ -307,9 +303,9 @@ class _Check:
             source = doc.text("source", "reference", i, default="")
             numbers = {n: doc.value(table[n], "1", "reference", i, n) for n in _NUMBERS if n in table}
             varied = {"at": over, "panel": next(iter(doc.table("compute", "panels")), None)}
-            known = {**parameters, **{name: numbers[n] for n, name in varied.items() if name and n in numbers}}
+            constants = {**parameters, **{name: numbers[n] for n, name in varied.items() if name and n in numbers}}
             values = {
-                name: self._known(value, known, "reference", i, name)
+                name: self._known(value, constants, "reference", i, name)
                 for name, value in table.items()
                 if name not in (*_NUMBERS, "source")
             }

@@ -59,11 +59,7 @@ class Names:
 
 
 def checked_compute(doc: Document, names: Names) -> Compute:
-    """What the table [compute] of a scene asks for.
-
-    Raises:
-        StickslipError: what is wrong, with its line.
-    """
+    """What the table [compute] of a scene asks for. StickslipError: what is wrong, with its line."""
     name = doc.reference("kind", "compute", default="trajectory")
     try:
         kind = KINDS.load(name, doc.path.parent)

@@ -80,15 +80,15 @@ def compute(scene: Scene, fmu: Fmu, progress: Callable[[float], None] | None = N
 
     Errors as for ``simulate`` and ``find_orbit``.
     """
-    said = progress or (lambda fraction: None)
+    report = progress or (lambda fraction: None)
     panels = [(name, value) for name, values in scene.compute.panels.items() for value in values]
     if not panels:
-        return _computed(scene, fmu, {}, said)
+        return _computed(scene, fmu, {}, report)
     rows: list[Row] = []
     for k, (name, value) in enumerate(panels):
-        computed = _computed(scene, fmu, {name: value}, lambda fraction, k=k: said((k + fraction) / len(panels)))
+        computed = _computed(scene, fmu, {name: value}, lambda fraction, k=k: report((k + fraction) / len(panels)))
         rows += [dataclasses.replace(row, panel=value) for row in computed]
-        said((k + 1) / len(panels))
+        report((k + 1) / len(panels))
     return tuple(rows)
 
 
@@ -122,11 +122,8 @@ def _changed(scene: Scene, values: Mapping[str, float]) -> dict[str, dict[str, f
 
 
 def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
-    """Results against the references of the scene.
-
-    Raises:
-        StickslipError: a reference to a result or a value that there is none of.
-    """
+    """Results against the references of the scene. StickslipError: a reference to a result or a value that there is
+    none of."""
     comparisons, departs = [], bool(scene.departs)
     for reference in scene.references:
         panel = [row for row in rows if _same(row.panel, reference.panel)]
@@ -147,10 +144,10 @@ def compare(scene: Scene, rows: tuple[Row, ...]) -> tuple[Comparison, ...]:
         for name, expected in reference.values.items():
             if not departs:
                 refuse_unknown(name, row.values, f"{scene.path}: there is no result '{name}'.")
-            found = row.values.get(name, math.nan)
-            error = math.nan if departs else abs(found - expected) / (abs(expected) or 1.0)
+            computed = row.values.get(name, math.nan)
+            error = math.nan if departs else abs(computed - expected) / (abs(expected) or 1.0)
             whose = reference.tolerance, reference.source, departs, reference.panel
-            comparisons.append(Comparison(name, row.at, found, expected, error, *whose))
+            comparisons.append(Comparison(name, row.at, computed, expected, error, *whose))
     return tuple(comparisons)
 
 

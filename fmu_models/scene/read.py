@@ -68,11 +68,8 @@ def _departing(scene: Scene, constants: Mapping[str, float | str], trust: bool) 
 
 
 def find(path: str | os.PathLike[str]) -> Path:
-    """The file of a scene that is given by its path, or by the name of one that comes along.
-
-    Raises:
-        StickslipError: there is none.
-    """
+    """The file of a scene that is given by its path, or by the name of one that comes along. StickslipError: there is
+    none."""
     return named_file(path, shipped.scenes(), "scene")
 
 

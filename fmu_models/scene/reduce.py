@@ -22,11 +22,8 @@ if TYPE_CHECKING:
 
 
 def reduced(scene: Scene) -> HybridSystem:
-    """The system of a scene: what its FMU is made from.
-
-    Raises:
-        StickslipError: a free parameter has a value that the model cannot have.
-    """
+    """The system of a scene: what its FMU is made from. StickslipError: a free parameter has a value that the model
+    cannot have."""
     from fmu_models.language.values import check_values
     from fmu_models.lowering.fold import fold
     from fmu_models.lowering.lower import lower
@@ -54,10 +51,7 @@ def _variant(scene: Scene) -> Mechanism:
 
 def built_scene(scene: Scene, fmi_version: str = "3.0") -> Path:
     """The FMU of a scene, from the user's cache if it was built before; of our own models without any symbolic work.
-
-    Raises:
-        StickslipError: unknown version, or the compiler fails.
-    """
+    StickslipError: unknown version, or the compiler fails."""
     checked(f"{scene.name}.fmu", fmi_version, overwrite=True)
     if scene.of_map:  # as its runs have it, so that it is built once
         from fmu_models.lowering.iterated import iterated_alone
@@ -76,11 +70,8 @@ def export_scene(
     fmi_version: str = "3.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write the FMU of a scene to ``path``; the rest is as for ``fmu_models.codegen.package.export``.
-
-    Raises:
-        StickslipError: as for ``built_scene``, or ``path`` exists or cannot be written.
-    """
+    """Write the FMU of a scene to ``path``; the rest is as for ``fmu_models.codegen.package.export``. StickslipError:
+    as for ``built_scene``, or ``path`` exists or cannot be written."""
     path = checked(path, fmi_version, overwrite)
     if scene.of_map or not packaging.plain:
         return write(reduced(scene), path, packaging=packaging, fmi_version=fmi_version, overwrite=overwrite)

@@ -13,6 +13,7 @@ import weakref
 from collections.abc import Callable, Mapping
 from ctypes import POINTER, addressof, byref, c_char, c_char_p, c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
 from functools import cache, cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.c_structures import declarations
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import library, unload
+from fmu_models.fmu.unbuilt import UnbuiltFmu
 
 if TYPE_CHECKING:
     from ctypes import _CDataType, _NamedFuncPointer
@@ -43,22 +45,23 @@ LINE = 8  # numbers in a line of memory
 class Engine:
     """The functions of a library, and the instances that no run is using."""
 
-    def __init__(self, fmu: Fmu) -> None:
-        """Load it. StickslipError: the FMU was not made by this suite, or by another version of it, or cannot be
-        loaded."""
+    def __init__(self, fmu: Fmu, core: Path | None = None) -> None:
+        """Load it, or the ``core`` of it, which makes whole runs alone. StickslipError: the FMU was not made by this
+        suite, or by another version of it, or cannot be loaded."""
         interface = fmu.description.coSimulation
         if interface is None:
             raise StickslipError(f"'{fmu.path}' has no Co-Simulation interface, through which FMUs are simulated here.")
         try:
-            dll = ctypes.CDLL(str(library(fmu, str(interface.modelIdentifier))))
+            dll = ctypes.CDLL(str(core or library(fmu, str(interface.modelIdentifier))))
         except OSError as error:
             raise StickslipError(f"'{fmu.path}' cannot be loaded: {error}") from error
         self.model = str(fmu.description.modelName)
         self._idle: list[EngineInstance] = []
         handles: list[int] = []
         self._handles = handles
+        prefix = "core" if core else "stickslip"
         try:
-            version = dll.stickslip_native_version
+            version = dll[f"{prefix}_native_version"]
         except AttributeError:
             unload(dll)
             raise StickslipError(
@@ -71,9 +74,12 @@ class Engine:
                 f"'{fmu.path.name}' was exported by another version of stickslip. Export it again, or name a method: "
                 "--method auto."
             )
-        self.open = _bound(dll.stickslip_open, c_void_p, c_char_p)
-        self.restart = _bound(dll.stickslip_restart, c_int, c_void_p, POINTER(C.structure("RunStart")))
-        self.simulate = _bound(dll.stickslip_simulate, c_int, c_void_p, POINTER(C.structure("WholeRun")))
+        self.open = _bound(dll[f"{prefix}_open"], c_void_p, c_char_p)
+        self.restart = _bound(dll[f"{prefix}_restart"], c_int, c_void_p, POINTER(C.structure("RunStart")))
+        self.simulate = _bound(dll[f"{prefix}_simulate"], c_int, c_void_p, POINTER(C.structure("WholeRun")))
+        weakref.finalize(self, _let_go, dll, _bound(dll[f"{prefix}_close"], None, c_void_p), handles)
+        if core:
+            return
         self.differentiate = _bound(dll.stickslip_sensitivity, c_int, c_void_p, POINTER(C.structure("SensitivityRun")))
         self.sensitivity_room = _bound(dll.stickslip_sensitivity_room, c_int64, c_int64)
         self.ensemble = _bound(dll.stickslip_ensemble, c_int, c_void_p, POINTER(C.structure("Ensemble")))
@@ -84,7 +90,6 @@ class Engine:
         directional = dll[f"fmi{fmu.fmi}GetDirectionalDerivative"]
         self._directional = _bound(directional, c_int, c_void_p, *references, *references, *numbers, *numbers)
         self._counted = fmu.fmi == 3
-        weakref.finalize(self, _let_go, dll, _bound(dll.stickslip_close, None, c_void_p), handles)
 
     def derivative(self, instance: EngineInstance, of: NDArray[np.uint32], by: int) -> Vector:
         """(n,) derivatives of rates or outputs by one variable, all by reference, where the instance is.
@@ -189,18 +194,27 @@ def indicators_of(fmu: Fmu) -> list[int]:
     return [int(contacts[-1]) + 1 + i for i in range(count)]
 
 
-def engine_of(fmu: Fmu) -> Engine:
-    """The engine of an opened FMU; errors as for ``Engine``."""
+def engine_of(fmu: Fmu, *, runs_alone: bool = False) -> Engine:
+    """The engine of an opened FMU; errors as for ``Engine``. runs_alone: for whole runs, for which not all of a model
+    that is not built yet has to be compiled."""
     engine = _engines.get(fmu)
+    if engine is None and runs_alone:
+        engine = _cores.get(fmu)
     if engine is None:
+        # compiled here, and not while others wait for models of theirs
+        core = fmu.core if runs_alone and isinstance(fmu, UnbuiltFmu) else None
+        if core is None:
+            _ = fmu.path
         with _loading:
-            engine = _engines.get(fmu)
+            engines = _cores if core else _engines
+            engine = engines.get(fmu)
             if engine is None:
-                engine = _engines[fmu] = Engine(fmu)
+                engine = engines[fmu] = Engine(fmu, core)
     return engine
 
 
 _engines: weakref.WeakKeyDictionary[Fmu, Engine] = weakref.WeakKeyDictionary()
+_cores: weakref.WeakKeyDictionary[Fmu, Engine] = weakref.WeakKeyDictionary()
 _loading = threading.Lock()
 
 

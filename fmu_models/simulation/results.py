@@ -15,8 +15,9 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -91,11 +92,17 @@ class Provenance(Shown):
 
 @dataclass(frozen=True, eq=False)
 class Recording(Shown):
-    """A trajectory, a description per variable that has one, and where it comes from."""
+    """A trajectory, a description per variable that has one, and where it comes from, or what finds that out: a model
+    that is not built yet has to be, for the hash of its file."""
 
     trajectory: Trajectory
     descriptions: Mapping[str, str]
-    provenance: Provenance | None
+    origin: Provenance | Callable[[], Provenance] | None
+
+    @cached_property
+    def provenance(self) -> Provenance | None:
+        """Where it comes from, if that is known."""
+        return self.origin() if callable(self.origin) else self.origin
 
     def write(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Write it as CSV or HDF5; errors as for ``write_trajectory``."""

@@ -245,7 +245,7 @@ class RunFacts:
         def settable(names: Iterable[str]) -> _Settable:
             return {name: (reference(name), *bounds_of(fmu.variables[name])) for name in names}
 
-        self.engine = engine_of(fmu)
+        self.engine = engine_of(fmu, runs_alone=True)
         self.parameters = settable(fmu.parameters)
         self.states = settable([*fmu.states, *fmu.memories])
         self.inputs = settable(fmu.inputs)

@@ -9,11 +9,13 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata, util
 from pathlib import Path
+from threading import Timer
 
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError, WriteError
@@ -35,6 +37,7 @@ WITHOUT_LIBRARY = "-nostdlib"
 # its headers in the compiler's package, which go with it, of the one target that we do without it
 _HEADERS = ("wasm-wasi-musl", "generic-musl")
 
+PATIENCE = 2.0  # s without a word
 _SHOWN = 8  # lines of what the compiler says
 
 CPP = (".cpp", ".cc", ".cxx", ".C")
@@ -186,6 +189,24 @@ def _full() -> WriteError:
     )
 
 
+@contextmanager
+def _first_build_told(prepared: Path, target: str) -> Iterator[None]:
+    """Say where time goes while a target is new to this cache, whose file ``prepared`` says that it is no more."""
+    text = (
+        f"stickslip: the first build for {target}: the compiler prepares its C library, once, and other builds for it "
+        "wait meanwhile."
+    )
+    timer = Timer(PATIENCE, print, (text,), {"file": sys.stderr})
+    if not prepared.exists():
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+    prepared.parent.mkdir(parents=True, exist_ok=True)
+    prepared.touch()
+
+
 def _compile(
     sources: Mapping[str, str | bytes],
     headers: Path,
@@ -205,9 +226,11 @@ def _compile(
         # zig's own cache: beside ours, so that one variable moves both
         environment = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder() / "zig"), **os.environ}
         environment["ZIG_LOCAL_CACHE_DIR"] = str(folder / "zig")
-        run = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
-        )
+        first = Path(environment["ZIG_GLOBAL_CACHE_DIR"]) / f"{Path(compiler[-1]).name} {target}"
+        with _first_build_told(first, target) if "ziglang" in compiler else nullcontext():
+            run = subprocess.run(
+                command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
+            )
         library = folder / "library"
         if run.returncode != 0 or not library.is_file():
             lines = [line for line in run.stderr.splitlines() if line.strip()] or [f"exit code {run.returncode}"]

@@ -12,6 +12,7 @@ import typer
 
 from fmu_models.analyses.declaration import ANALYSES
 from fmu_models.base import console
+from fmu_models.base.plain_options import PlainCommand
 from fmu_models.base.version import version
 
 HELP = "Non-smooth oscillators as FMUs, friction laws from rig logs, and an emulator of the rig."
@@ -53,7 +54,7 @@ def _made(names: Sequence[str], of: Callable[[str], Callable[..., None] | typer.
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
         else:
-            app.command(name, help=console.flowing(command))(command)
+            app.command(name, cls=PlainCommand, help=console.flowing(command))(command)
     return app
 
 

@@ -112,6 +112,7 @@ def fit(
             found = sampled(found, lambda: drawn_posterior(ready, found, **how))
         advance(0.98)
         files, interrupted = _kept(found, ready, {"result": result, "figure": figure, "corner": corner}, overwrite)
+    decay = ready.decay  # of logs whose beam is another than described it is that of this beam
     content = {**found.to_dict(), "free_decay": decay.to_dict() if decay else None, "files": files}
     console.say(json, content, lambda out: print_fit(decay, found, files, out))
     if interrupted:

@@ -294,8 +294,8 @@ def regress(
     if build is None or not any(term.prior for term in problem.terms):
         return problem, solution
     # what is known beforehand weighs against residuals of unit variance
-    left = solution.evaluation.residual
-    deviation = float(np.sqrt(left @ left / (len(left) - len(solution.values))))
+    residual = solution.evaluation.residual
+    deviation = float(np.sqrt(residual @ residual / (len(residual) - len(solution.values))))
 
     def scaled(moved: Mapping[str, float]) -> Regression:
         these = build(moved)
@@ -306,11 +306,8 @@ def regress(
 
 
 def reduced(ready: Pool, law: FittableLaw, equations: Equations, window: float, options: Options) -> RegressionProblem:
-    """Equations of the pooled slip segments that hold ``window`` natural periods.
-
-    Raises:
-        StickslipError: no segment holds the window, only one does, or friction has the wrong sign.
-    """
+    """Equations of the pooled slip segments that hold ``window`` natural periods. StickslipError: no segment holds the
+    window, only one does, or friction has the wrong sign."""
     period = ready.natural_period
 
     def build(moved: Mapping[str, float]) -> Regression:

@@ -83,12 +83,8 @@ def _carried(first: Estimate, law: FittableLaw, options: Options) -> np.ndarray:
 
 
 def shoot(ready: Pool, law: FittableLaw, q: np.ndarray, options: Options) -> tuple[ShootingProblem, Solution]:
-    """Stages 2 and 3. q: (m,) first values of the law's parameters.
-
-    Raises:
-        Unmodelled: the model refuses them.
-        StickslipError: no slip lasts long enough.
-    """
+    """Stages 2 and 3. q: (m,) first values of the law's parameters. Unmodelled: the model refuses them. StickslipError:
+    no slip lasts long enough."""
     if isinstance(law, JointLaw):
         ready = segments_at(ready, law, q)
     segments, noise_known = slip_shooting(ready)

@@ -336,23 +336,15 @@ class ShootingProblem(FrictionProblem):
         inner = len(motion.by) - len(STARTS)
         across = chain(self.law, values, names, motion.by[:inner], self.contacts(segment), self.moved(segment, values))
         columns = by[:, :inner] @ across
+        more = {"gain": -reading / (1 + values["gain"]), "delay": -slope * omega, "zero": 1.0}
+        more |= {"laser": -reading / values.get("laser", 1.0)} | dict.fromkeys(offsets, slope)
+        more |= {name: lever * drift for name, drift in drifts.items()}
+        if segment.lines is not None:
+            more |= {name: segment.lines == int(name.removeprefix(LINE)) for name in names if name.startswith(LINE)}
+        if segment.laser and not sensors.lines:
+            more["R"] = reading / values["R"]
         for column, name in enumerate(names):
-            if name == "gain":
-                columns[:, column] -= reading / (1 + values["gain"])
-            elif name == "laser":
-                columns[:, column] -= reading / values["laser"]
-            elif name == "delay":
-                columns[:, column] -= slope * omega
-            elif name == "zero":
-                columns[:, column] += 1.0
-            elif name in drifts:
-                columns[:, column] += lever * drifts[name]
-            elif name in offsets:
-                columns[:, column] += slope
-            elif segment.lines is not None and name.startswith(LINE):
-                columns[:, column] += segment.lines == int(name.removeprefix(LINE))
-            elif name == "R" and segment.laser and not sensors.lines:
-                columns[:, column] += reading / values["R"]
+            columns[:, column] += more.get(name, 0.0)
         every, touch = self.slips(segment, x, motion)
         slip = np.where(touch, np.abs(every), np.inf).min(axis=0)
         if segment.lines is not None:

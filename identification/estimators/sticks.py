@@ -79,9 +79,9 @@ def sticks_of(ready: Pool) -> Sticks | None:
             grid = time[0] + STEP * np.arange(length)
             seen = (time, motion.angle[samples], phi[samples] - phi[first], used)
             drive = (np.interp(grid, motion.time, values) for values in (motion.drive, ramp))
-            begin = float(motion.time[start]) + min(ready.threshold / fall, window)
+            begins = float(motion.time[start]) + min(ready.threshold / fall, window)
             sign = float(np.sign(slip[min(last, len(slip) - 1)]))
-            rows.append((*seen, float(time[0]), *drive, begin, float(motion.time[end]), log, sign))
+            rows.append((*seen, float(time[0]), *drive, begins, float(motion.time[end]), log, sign))
     if len(rows) < FEWEST:
         return None
     # logs of other rates have other counts

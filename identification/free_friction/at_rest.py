@@ -76,12 +76,12 @@ class Releases:
         mean, nothing = float(weight @ squares), np.zeros((len(self.slips.segments), STARTS + MODES))
         felt = np.arange(COEFFICIENTS) <= np.argmax(self.slips.curve.weights(np.array(CREEP))) + 1
         slope = np.zeros(COEFFICIENTS + len(names))
-        for place, name in enumerate([*felt, *names]):
+        for column, name in enumerate([*felt, *names]):
             if isinstance(name, str) and name.endswith(WRONG):
-                slope[place] = slope[COEFFICIENTS + names.index(name.removesuffix(WRONG))]
-            elif name if place < COEFFICIENTS else whole and name != "delay":
-                moved = guess.moved(SHARE * np.eye(len(slope))[place], nothing, names)
-                slope[place] = (weight @ self._followed(moved, 1)[0][:, 1] - mean) / SHARE
+                slope[column] = slope[COEFFICIENTS + names.index(name.removesuffix(WRONG))]
+            elif name if column < COEFFICIENTS else whole and name != "delay":
+                moved = guess.moved(SHARE * np.eye(len(slope))[column], nothing, names)
+                slope[column] = (weight @ self._followed(moved, 1)[0][:, 1] - mean) / SHARE
         spare = len(squares) / (len(squares) - 2)
         variance = spare * float(weight**2 @ (squares - mean) ** 2) + (tau * float(np.sum(slope[:COEFFICIENTS]))) ** 2
         return mean / float(np.sqrt(variance)), slope / np.sqrt(variance)

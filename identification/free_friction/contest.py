@@ -89,11 +89,8 @@ def contest(
     """The verdict on slips; None where they do not tell friction without a law: those of two discs, or such as no
     torque follows. ready: logs of one rig; segments: their slips; noise_known: whether the noise of their sensors is
     known; otherwise its size is what no friction follows; named: disturbances that are taken for granted, and no
-    others; None: those that the slips show.
-
-    Raises:
-        StickslipError: slips too short for inverse dynamics, or logs that cannot show what is named.
-    """
+    others; None: those that the slips show. StickslipError: slips too short for inverse dynamics, or logs that cannot
+    show what is named."""
     if len(ready.contacts) != 1:
         return None
     bare, samples = slips_of(ready, segments), sum(len(segment.time) for segment in segments)
@@ -142,22 +139,22 @@ def _judged(field: _Field, bare: Slips, guess: Guess, named: Sequence[str] | Non
         except np.linalg.LinAlgError:  # likely to first order only: with it slips are not followed
             break
         (slips, guess, tau, widest, table), chosen = ahead, better
-    found = [table.explanation(slips, name) for name in chosen if name in field.terms]
-    sought = [finding for finding in found if finding.name not in field.evident]
+    explanations = [table.explanation(slips, name) for name in chosen if name in field.terms]
+    sought = [finding for finding in explanations if finding.name not in field.evident]
     if named is None and sought:
         if tau > TAUS[0]:  # as much is left as was there, or little was added
             listed = tau >= first[1] or any(finding.gain < BESIDE for finding in sought)
         else:
             listed = _neighbours(slips, guess) > noise + COLOURED
         if listed:  # the best of a list, no explanation
-            return _verdict(bare, *first, [finding for finding in found if finding not in sought])
+            return _verdict(bare, *first, [finding for finding in explanations if finding not in sought])
     wrong = {}
     constants = {name for name in field.columns if name not in field.terms} - {MICRO_SLIP}
     for name in (name for name in chosen if name in constants):
         for one in (name, *(one for one in table.alike(name) if one in constants)):
             off = guess.shared[name + WRONG] if one == name else table.value(one, one + WRONG, without=name)
             wrong[one] = off, float(np.sqrt(2 * max(table.lead(name), 0.0)))
-    return _verdict(slips, guess, tau, sorted(found, key=lambda finding: -finding.gain), wrong)
+    return _verdict(slips, guess, tau, sorted(explanations, key=lambda finding: -finding.gain), wrong)
 
 
 def _neighbours(slips: Slips, guess: Guess) -> float:
@@ -206,9 +203,9 @@ class _Field:
         if named is None:
             columns |= {prior.name: (prior.name + WRONG,) for prior in ready.priors if prior.name in OFF}
         columns |= {MICRO_SLIP: (YIELDS, AHEAD)} if soft else {}
-        both = {frozenset((name, one.same_as)) for name, one in disturbances.items() if one.same_as}
-        both |= {frozenset((name, one.mimics)) for name, one in disturbances.items() if one.mimics}
-        return cls(columns, terms, frozenset(both), tuple(name for name, one in disturbances.items() if one.evident))
+        pairs = {frozenset((name, one.same_as)) for name, one in disturbances.items() if one.same_as}
+        pairs |= {frozenset((name, one.mimics)) for name, one in disturbances.items() if one.mimics}
+        return cls(columns, terms, frozenset(pairs), tuple(name for name, one in disturbances.items() if one.evident))
 
     def count(self, name: str) -> int:
         """Columns of a candidate whose size nothing tells beforehand."""
@@ -241,8 +238,8 @@ class _Table:
 
     @cached_property
     def _places(self) -> dict[str, np.ndarray]:
-        place = {name: number for number, name in enumerate(self.slips.names, COEFFICIENTS)}
-        return {name: np.array([place[c] for c in columns]) for name, columns in self.field.columns.items()}
+        positions = {name: number for number, name in enumerate(self.slips.names, COEFFICIENTS)}
+        return {name: np.array([positions[c] for c in columns]) for name, columns in self.field.columns.items()}
 
     @cached_property
     def _base(self) -> np.ndarray:
@@ -264,8 +261,8 @@ class _Table:
 
     def _least(self, chosen: Iterable[str]) -> Iterator[Least]:
         """The least sum of a set for each tau; what is taken away is held at 0."""
-        kept = set(chosen)
-        moving, held = self._columns(kept), self._columns(name for name in self.chosen if name not in kept)
+        staying = set(chosen)
+        moving, held = self._columns(staying), self._columns(name for name in self.chosen if name not in staying)
         known = self._known.without(np.setdiff1d(held, moving), SURE)
         values, columns = self.guess.values(self.slips.names), np.union1d(moving, held)
         return (gram.least(known, values, columns) for gram in self._grams)
@@ -290,48 +287,48 @@ class _Table:
 
     def better(self) -> tuple[str, ...]:
         """The set that is taken in place of the chosen one; itself where none is worth more."""
-        now, chosen = self.worth(self.chosen), self.chosen
-        if not np.isfinite(now):
+        present, chosen = self.worth(self.chosen), self.chosen
+        if not np.isfinite(present):
             return ()
         rivalled = {name for pair in self.field.rivals if pair & set(chosen) for name in pair}
         open_ = [name for name in self.field.columns if name not in chosen and name not in rivalled]
         singles = sorted(open_, key=lambda name: -self.worth((*chosen, name)))
         best = self.chosen
-        if singles and self.worth((*chosen, singles[0])) > now + GAIN:
+        if singles and self.worth((*chosen, singles[0])) > present + GAIN:
             best = (*chosen, singles[0])
         pairs = [pair for pair in combinations(singles[:PAIRED], 2) if frozenset(pair) not in self.field.rivals]
         if pairs:
             pair = max(pairs, key=lambda pair: self.worth((*chosen, *pair)))
-            above = max(now, self.worth((*chosen, singles[0])))
+            above = max(present, self.worth((*chosen, singles[0])))
             if self.worth((*chosen, *pair)) > above + GAIN:
                 best = (*chosen, *pair)
         for name in chosen:
             if name in self.field.evident and not self.field.count(name):  # others than slips show it, and how large
                 continue
-            others = tuple(one for one in best if one != name)
+            others = tuple(term for term in best if term != name)
             if self.worth(best) < self.worth(others) + GAIN:
                 best = others
         return best
 
     def lead(self, name: str) -> float:
         """ln L that one of the chosen adds."""
-        return float(self.likelihood(self.chosen) - self.likelihood([one for one in self.chosen if one != name]))
+        return float(self.likelihood(self.chosen) - self.likelihood([term for term in self.chosen if term != name]))
 
     def alike(self, name: str) -> tuple[str, ...]:
         """Candidates in place of one of the chosen that are worth as much, within `GAIN`."""
-        others = tuple(one for one in self.chosen if one != name)
-        near = self.worth(self.chosen) - GAIN
+        others = tuple(term for term in self.chosen if term != name)
+        enough = self.worth(self.chosen) - GAIN
         return tuple(
             column
             for column in self.field.columns
-            if column not in self.chosen and self.worth((*others, column)) > near
+            if column not in self.chosen and self.worth((*others, column)) > enough
         )
 
     def value(self, name: str, column: str, without: str) -> float:
         """What a column of a candidate would be in place of one of the chosen, to first order."""
-        least = next(self._least([*(one for one in self.chosen if one != without), name]))
-        place = COEFFICIENTS + self.slips.names.index(column)
-        return float(self.guess.values(self.slips.names)[place] + least.step[place])
+        least = next(self._least([*(term for term in self.chosen if term != without), name]))
+        index = COEFFICIENTS + self.slips.names.index(column)
+        return float(self.guess.values(self.slips.names)[index] + least.step[index])
 
     def explanation(self, slips: Slips, name: str) -> Explanation:
         """One of the chosen. slips: with their columns."""
@@ -341,8 +338,8 @@ class _Table:
         values = np.array([self.guess.shared.get(term.name, 0.0) for term in terms])
         if acts in SENSOR_UNITS:
             where = slips.where.map(lambda part: part[:, ::2])
-            shown = misread(terms, values, replace(where, angle=angle, speed=speed))[0]
-            size = (slips.ready.values.R if acts == LASER else 1.0) * float(np.max(np.abs(shown)))
+            misreadings = misread(terms, values, replace(where, angle=angle, speed=speed))[0]
+            size = (slips.ready.values.R if acts == LASER else 1.0) * float(np.max(np.abs(misreadings)))
         else:
             factor = slips.under(terms).factor(self.guess, (angle, speed), slice(0, None, 2), acts)[0]
             size = 0.5 * float(np.ptp(factor)) if acts == FRICTION else float(np.max(np.abs(factor - 1)))

@@ -152,16 +152,16 @@ class Known:
         deviations |= SOFTER
         deviations |= {name + WRONG: deviation for name, deviation in OFF.items()}
         terms = {term.name: term for term in slips.terms}
-        for place, name in enumerate(slips.names, COEFFICIENTS):
+        for index, name in enumerate(slips.names, COEFFICIENTS):
             if name in deviations:
-                precision[place, place] = max(deviations[name], EXACT) ** -2
+                precision[index, index] = max(deviations[name], EXACT) ** -2
                 continue
             prior, wide = terms[name].prior, terms[name].effect.width(terms[name].order) ** -2
             sure = 0.0 if prior is None else prior.standard_uncertainty**-2
-            precision[place, place] = wide + sure
+            precision[index, index] = wide + sure
             if prior is not None:
-                mean[place] = prior.value * sure / (wide + sure)
-                told[place] = 0.5 * (np.log(wide / (wide + sure)) + mean[place] ** 2 * (wide + sure))
+                mean[index] = prior.value * sure / (wide + sure)
+                told[index] = 0.5 * (np.log(wide / (wide + sure)) + mean[index] ** 2 * (wide + sure))
         return cls(mean, precision, told)
 
     def without(self, columns: np.ndarray, sure: float) -> Known:
@@ -205,31 +205,31 @@ class Gram:
     @classmethod
     def of(cls, rows: Sequence[SlipRows], guess: Guess, tau: float) -> Gram:
         """Of the residuals at a guess."""
-        own = np.array([row.local.T @ row.local for row in rows])
+        local_gram = np.array([row.local.T @ row.local for row in rows])
         across = np.array([row.local.T @ row.shared for row in rows])
         down = np.array([row.local.T @ row.residual for row in rows])
-        whole, slope = np.zeros(2 * across.shape[-1:]), sum(row.shared.T @ row.residual for row in rows)
+        combined, slope = np.zeros(2 * across.shape[-1:]), sum(row.shared.T @ row.residual for row in rows)
         for row in rows:
             mine = np.flatnonzero(row.shared.any(axis=0))  # not those of other logs
-            whole[np.ix_(mine, mine)] += row.shared[:, mine].T @ row.shared[:, mine]
+            combined[np.ix_(mine, mine)] += row.shared[:, mine].T @ row.shared[:, mine]
         squares = sum(float(row.residual @ row.residual) for row in rows)
         precision = np.concatenate([np.full(STARTS, EXACT), np.full(MODES, tau**-2)])
         down[:, STARTS:] += guess.unexplained / tau**2
-        kernel = own + np.diag(precision)
+        kernel = local_gram + np.diag(precision)
         solved = np.linalg.solve(kernel, np.concatenate([across, down[..., None]], axis=-1))
         squares += float(np.sum(guess.unexplained**2)) / tau**2 - float(np.einsum("ni,ni->", down, solved[..., -1]))
         volume = float(np.sum(np.linalg.slogdet(kernel)[1])) - len(rows) * float(np.sum(np.log(precision)))
-        matrix = whole - np.einsum("nij,nik->jk", across, solved[..., :-1])
+        matrix = combined - np.einsum("nij,nik->jk", across, solved[..., :-1])
         return cls(matrix, slope - np.einsum("nij,ni->j", across, solved[..., -1]), squares, volume, solved)
 
     def alike(self, rows: Sequence[SlipRows], tau: float) -> Gram:
         """Where as large a torque, the same in every slip, may act beside: for what is known of the shared alone."""
-        own = np.array([row.local.T @ row.local for row in rows])
+        local_gram = np.array([row.local.T @ row.local for row in rows])
         across = np.array([row.local.T @ row.shared for row in rows])
         precision = np.diag(np.concatenate([np.full(STARTS, EXACT), np.full(MODES, tau**-2)]))
-        left = np.linalg.solve(own + precision, precision)  # of a torque, once each slip has had its own
-        beside = np.sum((own @ left)[:, STARTS:, STARTS:], axis=0) + precision[STARTS:, STARTS:]
-        with_shared = np.einsum("nji,njk->ik", left, across)[STARTS:]
+        share = np.linalg.solve(local_gram + precision, precision)  # of a torque, once each slip has had its own
+        beside = np.sum((local_gram @ share)[:, STARTS:, STARTS:], axis=0) + precision[STARTS:, STARTS:]
+        with_shared = np.einsum("nji,njk->ik", share, across)[STARTS:]
         return replace(self, matrix=self.matrix - with_shared.T @ np.linalg.solve(beside, with_shared))
 
     def beside(self, slope: np.ndarray, residual: float) -> Gram:
@@ -244,20 +244,20 @@ class Gram:
     def least(self, known: Known, values: np.ndarray, columns: np.ndarray | None = None, damped: float = 0.0) -> Least:
         """With what is known beforehand, at values (m,). columns: the only ones that may move; damped: by how much the
         step of each is shorter than if it alone moved, after Levenberg and Marquardt."""
-        some = np.arange(len(values)) if columns is None else columns
-        off, precision = (values - known.mean)[some], known.precision[np.ix_(some, some)]
-        hessian = self.matrix[np.ix_(some, some)] + precision
-        gradient = self.slope[some] + precision @ off
+        selected = np.arange(len(values)) if columns is None else columns
+        off, precision = (values - known.mean)[selected], known.precision[np.ix_(selected, selected)]
+        hessian = self.matrix[np.ix_(selected, selected)] + precision
+        gradient = self.slope[selected] + precision @ off
         scale = np.sqrt(np.diag(hessian))
         scaled = hessian / np.outer(scale, scale)
         step = np.zeros(len(values))
-        step[some] = -np.linalg.solve(scaled + damped * np.eye(len(some)), gradient / scale) / scale
-        sum_of_squares = self.squares + off @ precision @ off + gradient @ step[some]
-        own = some[some >= COEFFICIENTS]
+        step[selected] = -np.linalg.solve(scaled + damped * np.eye(len(selected)), gradient / scale) / scale
+        sum_of_squares = self.squares + off @ precision @ off + gradient @ step[selected]
+        beside = selected[selected >= COEFFICIENTS]
         volume = float(np.linalg.slogdet(scaled)[1] + 2 * np.sum(np.log(scale)))
-        volume -= float(np.sum(np.log(np.diag(known.precision)[own])))
+        volume -= float(np.sum(np.log(np.diag(known.precision)[beside])))
         local = -(self.solved[..., :-1] @ step + self.solved[..., -1])
-        told = float(np.sum(known.told[some]))
+        told = float(np.sum(known.told[selected]))
         likelihood = float(told - 0.5 * (sum_of_squares + self.volume + volume))
         return Least(hessian, step, local, float(sum_of_squares), likelihood)
 
@@ -277,13 +277,13 @@ def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:
             return guess
         for damped in DAMPED[first:]:
             best = gram.least(known, values, damped=damped)
-            other = guess.moved(best.step, best.local, slips.names)
-            after = total(other)
+            moved_guess = guess.moved(best.step, best.local, slips.names)
+            after = total(moved_guess)
             if after < before:
                 break
         else:
             return guess
-        gained, guess, before, first = before - after, other, after, max(DAMPED.index(damped) - 1, 0)
+        gained, guess, before, first = before - after, moved_guess, after, max(DAMPED.index(damped) - 1, 0)
         if gained < LITTLE:
             break
     return guess
@@ -370,8 +370,8 @@ def _signature(slips: Slips, guess: Guess) -> tuple[tuple[str, ...], tuple[float
     }
     shares = {}
     for words, columns in every.items():
-        left = torques - columns @ np.linalg.lstsq(columns, torques, rcond=None)[0]
+        residual = torques - columns @ np.linalg.lstsq(columns, torques, rcond=None)[0]
         spare = len(slip) / max(len(slip) - columns.shape[1], 1)
-        shares[words] = 1 - spare * float(np.sum(left**2) / np.sum(torques**2))
-    told = sorted((words for words in shares if shares[words] > SIGNED), key=lambda words: -shares[words])
-    return tuple(told), tuple(shares[words] for words in told)
+        shares[words] = 1 - spare * float(np.sum(residual**2) / np.sum(torques**2))
+    signs = sorted((words for words in shares if shares[words] > SIGNED), key=lambda words: -shares[words])
+    return tuple(signs), tuple(shares[words] for words in signs)

@@ -55,13 +55,13 @@ class Evidence:
         rows = rows_of(slips, guess)
         gram = Gram.of(rows, guess, tau).alike(rows, torn := slips.torn(tau))
         hessian = gram.least(known := Known.of(slips), guess.values(slips.names)).hessian
-        own, rest = slice(None, COEFFICIENTS), slice(COEFFICIENTS, None)
-        seen = hessian[own, own] - hessian[own, rest] @ np.linalg.solve(hessian[rest, rest], hessian[rest, own])
+        own, others = slice(None, COEFFICIENTS), slice(COEFFICIENTS, None)
+        seen = hessian[own, own] - hessian[own, others] @ np.linalg.solve(hessian[others, others], hessian[others, own])
         samples = sum(len(row.residual) for row in rows)
         noise = max(sum(float(row.residual @ row.residual) for row in rows) / samples, 1.0)
         power, axes = np.linalg.eigh(seen - known.precision[own, own])
-        told = power > SEEN * power[-1]
-        size, axes = np.sqrt(power[told]), axes[:, told].T
+        determined = power > SEEN * power[-1]
+        size, axes = np.sqrt(power[determined]), axes[:, determined].T
         target = axes @ (seen @ guess.coefficients) / size
         slip = np.quantile(np.maximum(slips.slip_speeds(guess), 0.0), np.linspace(0, 1, SPEEDS))
         return cls(

@@ -29,9 +29,9 @@ def rows_of(slips: Slips, guess: Guess) -> list[SlipRows]:
         responses = _responses(guess, slips, angle, speed)
     rows = []
     for number, segment in enumerate(slips.segments):
-        shown = slips.shown(number, guess, angle, speed)
-        columns = segment.whitened(_columns(slips, number, responses[:, number], shown))
-        residual = segment.whitened((shown[0] - segment.measured)[:, None])[:, 0]
+        reading = slips.shown(number, guess, angle, speed)
+        columns = segment.whitened(_columns(slips, number, responses[:, number], reading))
+        residual = segment.whitened((reading[0] - segment.measured)[:, None])[:, 0]
         rows.append(SlipRows(residual, columns[:, : STARTS + MODES], columns[:, STARTS + MODES :]))
     slips.rows[:] = [(guess, rows)]
     return rows
@@ -51,9 +51,9 @@ def _columns(slips: Slips, number: int, responses: np.ndarray, seen: Shown) -> n
     if lines is not None:
         sensors |= {"zero": np.ones(len(shown)), **{f"{LINE}{line}": lines == line for line in np.unique(lines)}}
     sensors |= {name: slope * misreading for name, misreading in misreadings.items()}
-    for place, name in enumerate(slips.names, first):
+    for index, name in enumerate(slips.names, first):
         if name in sensors:
-            columns[:, place] += sensors[name]
+            columns[:, index] += sensors[name]
     return columns
 
 
@@ -63,20 +63,20 @@ def _responses(guess: Guess, slips: Slips, angle: np.ndarray, speed: np.ndarray)
 
     steps, acceleration = slice(0, None, 2), slips.forces(guess)
     by_angle, by_speed = (
-        (acceleration(steps, (angle + one * DIFFERENCE, speed + other * DIFFERENCE))
-         - acceleration(steps, (angle - one * DIFFERENCE, speed - other * DIFFERENCE))) / (2 * DIFFERENCE)
-        for one, other in ((1, 0), (0, 1))
+        (acceleration(steps, (angle + da * DIFFERENCE, speed + dv * DIFFERENCE))
+         - acceleration(steps, (angle - da * DIFFERENCE, speed - dv * DIFFERENCE))) / (2 * DIFFERENCE)
+        for da, dv in ((1, 0), (0, 1))
     )  # fmt: skip
     step = slips.lasts / slips.count
     fundamental = _fundamental(by_angle, by_speed, step)
-    whole = np.linalg.det(fundamental)
+    determinant = np.linalg.det(fundamental)
 
     def response(torque: np.ndarray) -> np.ndarray:
         """Of the angle to an acceleration (n_slips, count + 1)."""
         if not torque.any():
             return torque
         first, second = (
-            step * cumulative_simpson(torque * part / whole, axis=1, initial=0)
+            step * cumulative_simpson(torque * part / determinant, axis=1, initial=0)
             for part in (-fundamental[..., 0, 1], fundamental[..., 0, 0])
         )
         return fundamental[..., 0, 0] * first + fundamental[..., 0, 1] * second
@@ -146,8 +146,8 @@ def _fundamental(by_angle: np.ndarray, by_speed: np.ndarray, step: np.ndarray) -
     rate[..., 1, 1] = 0.5 * step * (by_speed[:, 1:] + by_speed[:, :-1])
     square = rate @ rate
     over = np.eye(2) + rate + square / 2 + square @ rate / 6 + square @ square / 24
-    whole = np.empty((*by_angle.shape, 2, 2))
-    whole[:, 0] = np.eye(2)
+    fundamental = np.empty((*by_angle.shape, 2, 2))
+    fundamental[:, 0] = np.eye(2)
     for number in range(over.shape[1]):
-        whole[:, number + 1] = over[:, number] @ whole[:, number]
-    return whole
+        fundamental[:, number + 1] = over[:, number] @ fundamental[:, number]
+    return fundamental

@@ -169,17 +169,17 @@ class FreeFriction(Shown):
 
     def words(self, law: Callable[[np.ndarray], np.ndarray]) -> str:
         """What is said of the curve, and of a law beside it."""
-        shown = np.geomspace(max(self.least, 1e-6), self.greatest, 4)
-        deviation = np.interp(shown, self.speed, self.deviation)
+        speeds = np.geomspace(max(self.least, 1e-6), self.greatest, 4)
+        deviation = np.interp(speeds, self.speed, self.deviation)
         values = ", ".join(
             f"{value_with_sd(float(value), float(sd))} at {speed:.3g} m/s"
-            for speed, value, sd in zip(shown, self.at(shown), deviation, strict=True)
+            for speed, value, sd in zip(speeds, self.at(speeds), deviation, strict=True)
         )
         departures = " and ".join(map(str, self.departures(law)))
         text = f"Friction free of any law: {values}. "
         if self.releases:
-            rest = value_with_sd(self.values[0], float(self.deviation[0]))
-            text += f"At rest it is {rest}, by the release of {self.releases} sticks. "
+            at_rest = value_with_sd(self.values[0], float(self.deviation[0]))
+            text += f"At rest it is {at_rest}, by the release of {self.releases} sticks. "
         text += f"The law departs from its form: {departures}." if departures else "The law keeps to its form."
         if self.unexplained:
             text += (

@@ -101,8 +101,8 @@ class Slips:
     @cached_property
     def time(self) -> np.ndarray:
         """(n_slips, 2 count + 1) s, at the steps and halfway."""
-        begin = np.array([[segment.start_time] for segment in self.segments])
-        return begin + self.lasts * np.linspace(0, 1, 2 * self.count + 1)
+        starts = np.array([[segment.start_time] for segment in self.segments])
+        return starts + self.lasts * np.linspace(0, 1, 2 * self.count + 1)
 
     @cached_property
     def drive(self) -> np.ndarray:
@@ -225,14 +225,14 @@ class Slips:
         motion = np.empty((2, len(self.segments), self.count + 1))
         angle, speed = motion[..., 0] = guess.starts.T
         for number in range(self.count):
-            place = 2 * number
-            first = acceleration(place, (angle, speed))
+            row = 2 * number
+            first = acceleration(row, (angle, speed))
             speed2 = speed + 0.5 * step * first
-            second = acceleration(place + 1, (angle + 0.5 * step * speed, speed2))
+            second = acceleration(row + 1, (angle + 0.5 * step * speed, speed2))
             speed3 = speed + 0.5 * step * second
-            third = acceleration(place + 1, (angle + 0.5 * step * speed2, speed3))
+            third = acceleration(row + 1, (angle + 0.5 * step * speed2, speed3))
             speed4 = speed + step * third
-            fourth = acceleration(place + 2, (angle + step * speed3, speed4))
+            fourth = acceleration(row + 2, (angle + step * speed3, speed4))
             angle = angle + step / 6 * (speed + 2 * speed2 + 2 * speed3 + speed4)
             speed = speed + step / 6 * (first + 2 * second + 2 * third + fourth)
             motion[..., number + 1] = angle, speed
@@ -270,9 +270,9 @@ class Slips:
         slopes = dict(zip([term.name for term in terms], slopes, strict=True))
         turned = turned + misreading - shared.get("delay", 0.0) * turning
         if segment.lines is not None:
-            ruled, place = np.unique(segment.lines, return_inverse=True)
+            ruled, index = np.unique(segment.lines, return_inverse=True)
             ruling = np.array([shared.get(f"{LINE}{line}", 0.0) for line in ruled])
-            turned = turned + shared.get("zero", 0.0) + ruling[place]
+            turned = turned + shared.get("zero", 0.0) + ruling[index]
         if not segment.laser:
             return turned, np.ones(len(turned)), turning, slopes
         lever = self.ready.values.R
@@ -284,6 +284,6 @@ class Slips:
     def between(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Of a slip's samples: the step before each (n,), and the share of the step that is gone."""
         step = float(self.lasts[number, 0]) / self.count
-        place = (self.segments[number].time - self.segments[number].start_time) / step
-        at = np.clip(place.astype(np.intp), 0, self.count - 1)
-        return at, place - at
+        position = (self.segments[number].time - self.segments[number].start_time) / step
+        at = np.clip(position.astype(np.intp), 0, self.count - 1)
+        return at, position - at

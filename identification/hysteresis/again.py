@@ -51,9 +51,9 @@ def read_again(
     """Logs of a file as those of a fit of loops or decays were read. reader: of the user, for a kind of file of his
     own. StickslipError: as in `read.read_loop` and `decay.read_decays`."""
     reading = calibration.reading
-    how = {"columns": reading.columns, "units": reading.units, "reader": reader}
+    options = {"columns": reading.columns, "units": reading.units, "reader": reader}
     if reading.roles == DECAY:
-        return tuple(map(thinned, read_decays(path, **how)))
-    log = read_loop(os.fspath(path), **how).smooth().from_largest()
+        return tuple(map(thinned, read_decays(path, **options)))
+    log = read_loop(os.fspath(path), **options).smooth().from_largest()
     states = [name for name in calibration.held if name.startswith(f"{HELD}_")]
     return (loop_log(log, reading.roles == TIMED_LOOP, states),)

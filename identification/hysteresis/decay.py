@@ -104,23 +104,23 @@ def fit_decays(
     firsts = [_first(log.time, log.measured["angle"]) for log in decays]
     first = {name: float(np.median([values[name] for values in firsts])) for name in firsts[0]}
     first |= {name: max(first[name], 1e-3 * first[f"{name} of all"]) for name in RATES}
-    begin = {name: first[name] for name in ("w0", *RATES, "zero")}
+    start = {name: first[name] for name in ("w0", *RATES, "zero")}
     bounds = {name: (0.0, 10 * first[f"{name} of all"]) for name in RATES}
-    found = calibrate(
+    calibration = calibrate(
         f"identification.hysteresis.models:decaying_{'pendulum' if pendulum else 'oscillator'}",
         [thinned(log) for log in decays],
-        free=list(begin),
-        parameters=begin,
+        free=list(start),
+        parameters=start,
         starts=["angle", "rate"],
         bounds=bounds,
         guesses=1,
         attempts=1,
         progress=progress,
     )
-    said = [note for log in decays for note in _unlike(log, found, pendulum)]
+    notes = [note for log in decays for note in _unlike(log, calibration, pendulum)]
     reading = Reading(columns or {}, roles=DECAY, units=units or {})
-    title = f"Decay of {', '.join(found.logs)}: friction over inertia"
-    return replace(found, title=title, reading=reading, warnings=(*found.warnings, *said))
+    title = f"Decay of {', '.join(calibration.logs)}: friction over inertia"
+    return replace(calibration, title=title, reading=reading, warnings=(*calibration.warnings, *notes))
 
 
 def thinned(decay: ModelLog) -> ModelLog:
@@ -158,8 +158,8 @@ def read_decays(
 
 def _peaks(angle: np.ndarray) -> np.ndarray:
     """Samples (k,) of the turns between swings of more than `FLOOR` of the largest."""
-    rest = float(np.median(angle[-max(len(angle) // 20, 1) :]))
-    away, least = angle - rest, FLOOR * np.ptp(angle)
+    resting_angle = float(np.median(angle[-max(len(angle) // 20, 1) :]))
+    away, least = angle - resting_angle, FLOOR * np.ptp(angle)
     side = np.where(away > least, 1, np.where(away < -least, -1, 0))
     outside = np.flatnonzero(side)
     if not len(outside):
@@ -176,7 +176,7 @@ def _falling(time: np.ndarray, angle: np.ndarray) -> list[tuple[int, int]]:
         return []
     swings = np.abs(np.diff(angle[peaks]))
     starts = [0, *(i + 1 for i in range(len(swings) - 1) if swings[i + 1] > GROWS * swings[i]), len(swings)]
-    parts = []
+    stretches = []
     for first, last in pairwise(starts):
         if last - first < FEWEST or swings[last - 1] > FALLEN * swings[first]:
             continue
@@ -186,8 +186,8 @@ def _falling(time: np.ndarray, angle: np.ndarray) -> list[tuple[int, int]]:
         rests = np.searchsorted(time, time[peaks[min(last, len(peaks) - 1)]] + 4 * half)
         # what drives or holds it may do so until within the first swing
         led = first > 0 or halves[0] > HELD * half
-        parts.append((int(peaks[first + led]), min(end, int(rests))))
-    return parts
+        stretches.append((int(peaks[first + led]), min(end, int(rests))))
+    return stretches
 
 
 def _unlike(log: ModelLog, found: Calibration, pendulum: bool) -> list[str]:
@@ -202,20 +202,20 @@ def _unlike(log: ModelLog, found: Calibration, pendulum: bool) -> list[str]:
     through = time[before] - away[before] * (time[before + 1] - time[before]) / (away[before + 1] - away[before])
     swings = np.array([np.abs(away[a : b + 1]).max() for a, b in pairwise(before)])
     large = swings > np.sqrt(FLOOR) * np.max(swings, initial=0.0)
-    said = (
+    advice = (
         f"{name} leaves {line.rms:.3g} rad, for its noise of {noise:.3g}, and not by chance: values may be off by more "
         "than their intervals."
     )
     if large.sum() < FEWEST:
-        return [said]
+        return [advice]
     # a half cycle of amplitude A lasts longer by A^2/16 under gravity
-    slope, rest = np.polyfit(swings[large] ** 2, np.diff(through)[large], 1)
-    longer = 16 * slope / rest - pendulum
+    slope, intercept = np.polyfit(swings[large] ** 2, np.diff(through)[large], 1)
+    longer = 16 * slope / intercept - pendulum
     if abs(longer) * np.max(swings) ** 2 / 16 < BENT:
-        return [f"{said} Look at friction that is larger at rest or uneven, at pushes, at the sensor."]
+        return [f"{advice} Look at friction that is larger at rest or uneven, at pushes, at the sensor."]
     if not pendulum and 0.7 < longer < 1.3:
-        return [f"{said} Its period grows with the amplitude as gravity has it: say --pendulum."]
-    return [f"{said} Its spring {'softens' if longer > 0 else 'stiffens'} with the angle; start from smaller swings."]
+        return [f"{advice} Its period grows with the amplitude as gravity has it: say --pendulum."]
+    return [f"{advice} Its spring {'softens' if longer > 0 else 'stiffens'} with the angle; start from smaller swings."]
 
 
 def _first(time: np.ndarray, angle: np.ndarray) -> dict[str, float]:

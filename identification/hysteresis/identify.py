@@ -63,8 +63,8 @@ def identify_hysteresis(
         refuse_unknown(name, LAWS, f"There is no law '{name}' of loops.")
     listed = [logs] if isinstance(logs, LoopLog | str | os.PathLike) else list(logs)
     read, others = (
-        [_ready(one, columns=columns, units=units, reader=reader, signals=factors) for one in some]
-        for some in (listed, held_out)
+        [_ready(item, columns=columns, units=units, reader=reader, signals=factors) for item in group]
+        for group in (listed, held_out)
     )
     said: list[str] = []
     if any(name in log.signals for log in read for name in factors):
@@ -74,7 +74,7 @@ def identify_hysteresis(
                 f"The sliders follow {', '.join(factors)} with a lag of {lag:.3g} s: {left:.3g} N are left, "
                 f"{without:.3g} N without a lag."
             )
-        read, others = ([log.lagged(lag) for log in some] for some in (read, others))
+        read, others = ([log.lagged(lag) for log in group] for group in (read, others))
     spectrum = fit_sliders(read, factors=factors, rate=rate)
     progress(0.2)
     load = float(np.median(np.abs(read[0].load))) if read[0].load is not None else None
@@ -126,9 +126,9 @@ def _fitted(
     first = {**law.first(per_load), "spring": spectrum.spring_beside(), "offset": middle, **damping}
     force, stiffness = per_load.sliding_force(), per_load.stiffness_at_rest()
     either = {"spring": 10 * stiffness, "offset": 10 * force, "damping": 1e3 * abs(damping.get("damping", 0.0)) + force}
-    bounds = {name: (-most, most) for name, most in either.items() if name in first} | law.bounds(per_load)
+    bounds = {name: (-limit, limit) for name, limit in either.items() if name in first} | law.bounds(per_load)
     states = [name for name in fmu.states if not name.startswith("rest")]
-    seen, scored = ([loop_log(log, spectrum.rate, states) for log in some] for some in (logs, others))
+    seen, scored = ([loop_log(log, spectrum.rate, states) for log in group] for group in (logs, others))
     start = dict.fromkeys(fmu.states, 0.0)
     # full sliders are known by parameters that are sought themselves: how full they are is sought beside them
     sought = states if any(log.turned or not log.known for log in logs) else []
@@ -136,7 +136,7 @@ def _fitted(
         side = np.sign(logs[0].way[0] - center)
         start |= {name: side * value for name, value in law.saturated(first, spectrum.reach).items()}
     try:
-        found = calibrate(
+        calibration = calibrate(
             fmu,
             seen,
             free=list(first),
@@ -152,15 +152,15 @@ def _fitted(
         return FittedLaw(law.name, why=str(error))
     # named for who opens the result; built once
     declaration = f"identification.hysteresis.models:{loop_name(law, spectrum.rate)}"
-    found = replace(found, reading=reading, declaration=declaration)
+    calibration = replace(calibration, reading=reading, declaration=declaration)
     left: dict[bool, dict[str, float]] = {True: {}, False: {}}
-    for line in found.residuals:
+    for line in calibration.residuals:
         left[line.held_out][line.log] = float(line.share or 0.0)
     return FittedLaw(
         law.name,
-        tuple(found.parameters),
+        tuple(calibration.parameters),
         left[False],
         left[True],
-        tuple((*found.directions, *found.warnings)),
-        calibration=found,
+        tuple((*calibration.directions, *calibration.warnings)),
+        calibration=calibration,
     )

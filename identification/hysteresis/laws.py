@@ -106,10 +106,10 @@ def _merged(spectrum: SliderSpectrum, count: int) -> dict[str, float]:
     k, bound = spectrum.at(), spectrum.bound
     k, bound = k[spectrum.slides], bound[spectrum.slides]
     force = np.cumsum(k * bound) - k * bound / 2
-    part = np.minimum((count * force / max(force[-1] * 1.0000001, 1e-300)).astype(int), count - 1)
+    bin_of = np.minimum((count * force / max(force[-1] * 1.0000001, 1e-300)).astype(int), count - 1)
     values = {}
     for i in range(count):
-        stiffness, full = k[part == i].sum(), (k * bound)[part == i].sum()
+        stiffness, full = k[bin_of == i].sum(), (k * bound)[bin_of == i].sum()
         if stiffness <= 0:  # fewer sliders than asked: one that does next to nothing, to begin with
             stiffness = 1e-3 * k.sum()
             full = stiffness * bound[-1] * (i + 1) / count

@@ -32,6 +32,7 @@ class LoopLog(Tabular):
         turned: whether it begins at a far turn, where all sliders that ever slide do; else at rest, without memory.
         known: whether that is so; where nobody knows it, laws seek how they begin, and sliders take it as at rest.
         notes: what was done to it and what it lacks.
+        checked: whether `read.checked` has seen it as it is; a copy with other values is not.
     """
 
     COLUMNS = ("way", "force")
@@ -46,6 +47,7 @@ class LoopLog(Tabular):
     turned: bool = False
     known: bool = True
     notes: tuple[str, ...] = ()
+    checked: bool = field(default=False, init=False)
 
     @property
     def range(self) -> float:
@@ -68,7 +70,7 @@ class LoopLog(Tabular):
     @cached_property
     def reversals(self) -> np.ndarray:
         """Samples (k,) of the turns that open a cycle: the way goes back by `REVERSAL` of its range."""
-        least, kept = REVERSAL * self.range, [0]
+        least, indices = REVERSAL * self.range, [0]
         sense, extreme = 0, 0
         for turn in self.turns[1:]:
             step = self.way[turn] - self.way[extreme]
@@ -76,9 +78,9 @@ class LoopLog(Tabular):
                 extreme = int(turn)
                 sense = sense or int(np.sign(step))
             elif abs(step) > least:
-                kept.append(extreme)
+                indices.append(extreme)
                 extreme, sense = int(turn), -sense
-        return np.array([*kept, len(self.way) - 1])
+        return np.array([*indices, len(self.way) - 1])
 
     @property
     def samples_per_cycle(self) -> float:
@@ -124,17 +126,17 @@ class LoopLog(Tabular):
         center, reach = self.center, self.range / 2
         begins_free = abs(self.force[0] - np.median(self.force)) < 0.1 * np.ptp(self.force)
         begins_free = begins_free and abs(self.way[0] - center) < 0.2 * reach
-        far = self.reversals[np.abs(self.way[self.reversals] - center) > 0.95 * reach]
+        extremes = self.reversals[np.abs(self.way[self.reversals] - center) > 0.95 * reach]
         if begins_free:
             return self
-        if len(far) and far[0] == 0:
+        if len(extremes) and extremes[0] == 0:
             # pulled as far as it goes, or mounted there and pulled to one side
             away = np.abs(self.force - np.median(self.force))
             return replace(self, turned=bool(away[0] > 0.5 * away.max()))
-        if not len(far) or far[0] > len(self.way) // 2:
+        if not len(extremes) or extremes[0] > len(self.way) // 2:
             note = f"{self.name} begins with a memory that nobody knows and turns late: sliders take it as at rest."
             return replace(self, known=False, notes=(*self.notes, note))
-        first = int(far[0])
+        first = int(extremes[0])
         note = f"{self.name} begins with a memory that nobody knows: {first} samples up to its first far turn are left."
         return replace(self.part(first, None), turned=True, notes=(*self.notes, note))
 

@@ -42,16 +42,13 @@ def read_loop(
     """A log of force against displacement. path: of a file of any kind that is read; columns: by role (way, force,
     time, load) where names do not tell; units: by role, where the file does not state them and they are not m, N and s;
     reader: of the user, for a kind of file of his own; signals: names of columns that are kept in units of their own,
-    where there are such.
-
-    Raises:
-        StickslipError: the file cannot be read, a column is missing or has no numbers, loops that run backwards.
-    """
+    where there are such. StickslipError: the file cannot be read, a column is missing or has no numbers, loops that run
+    backwards."""
     path = Path(path)
     table = read_table(path, reader)
     named = columns_by_role(table, columns or {}, ROLES, ("way", "force"), NAMELESS)
-    kept = {name: column for column in table.columns for name in signals if name in (column, bare(column))}
-    scaled, unstated = numbers_by_role(table, {**kept, **named}, units or {}, UNITS)
+    chosen = {name: column for column in table.columns for name in signals if name in (column, bare(column))}
+    scaled, unstated = numbers_by_role(table, {**chosen, **named}, units or {}, UNITS)
     count, rows = len(scaled["way"]), len(table.columns[named["way"]])
     if count < FEWEST:
         raise StickslipError(
@@ -63,7 +60,7 @@ def read_loop(
         notes.append(f"{path.name} states no units: taken are {', '.join(taken)} (say others: --unit way=mm).")
     way, force = scaled["way"], scaled["force"]
     log = LoopLog(path.name, way, force, scaled.get("time"), scaled.get("load"), conditions_of(path.stem))
-    return checked(replace(log, signals={name: scaled[name] for name in kept}, notes=tuple(notes)))
+    return checked(replace(log, signals={name: scaled[name] for name in chosen}, notes=tuple(notes)))
 
 
 def conditions_of(name: str) -> dict[str, float]:
@@ -92,24 +89,24 @@ def columns_by_role(
     roles = {role: pattern for role, pattern in roles.items() if given.get(role, role)}
     given = {role: column for role, column in given.items() if column}
     names = [name for name in table.columns if name not in given.values()]
-    found = dict(given)
+    by_role = dict(given)
     if not given and (table.nameless or all(re.fullmatch(r".*\d", name) for name in names)):
         order = nameless.get(len(names), ())
         if len(order) == 3 and not np.all(np.diff(table.columns[names[0]]) > 0):
             order = (*order[1:], "load")
-        found |= {role: name for role, name in zip(order, names, strict=False) if role}
+        by_role |= {role: name for role, name in zip(order, names, strict=False) if role}
     for role, pattern in roles.items():
-        words = {name: bare(name).lower() for name in names if name not in found.values()}
+        words = {name: bare(name).lower() for name in names if name not in by_role.values()}
         matches = [name for name, word in words.items() if re.fullmatch(pattern, word)]
-        if role not in found and matches:
-            found[role] = matches[0]
+        if role not in by_role and matches:
+            by_role[role] = matches[0]
     for role in needed:
-        if role not in found:
+        if role not in by_role:
             raise StickslipError(
                 f"{table.source}: no column is known as the {role}; there are {', '.join(table.columns)}. Say which: "
                 f"--column {role}=NAME."
             )
-    return found
+    return by_role
 
 
 def bare(column: str) -> str:
@@ -138,8 +135,10 @@ def numbers_by_role(
 
 
 def checked(log: LoopLog) -> LoopLog:
-    """The log with its force the right way round, and with what its user should know. StickslipError: a way or force
-    that never changes, a load that is always zero, columns that are swapped."""
+    """The log with its force the right way round, and with what its user should know; itself where it was checked
+    before. StickslipError: a way or force that never changes, a load that is always zero, columns that are swapped."""
+    if log.checked:
+        return log
     if log.range == 0 or np.ptp(log.force) == 0:
         raise StickslipError(
             f"{log.name}: its {'way' if log.range == 0 else 'force'} never changes. Check the columns."
@@ -150,11 +149,11 @@ def checked(log: LoopLog) -> LoopLog:
     swapped = replace(rough, way=-rough.force, force=rough.way)
     left, by_swap = (fit_sliders([one]).left(one) for one in (rough, swapped))
     if by_swap < 0.5 * left:
-        how = f"with way and force exchanged {100 * by_swap:.2g} % are left of its loops for {100 * left:.2g} %"
+        effect = f"with way and force exchanged {100 * by_swap:.2g} % are left of its loops for {100 * left:.2g} %"
         hint = "Say --column way=NAME --column force=NAME."
         if log.work < 0:
-            raise StickslipError(f"{log.name} runs backwards, and {how}: their columns are swapped. {hint}")
-        notes.append(f"{log.name}: {how}. Are the columns swapped? {hint}")
+            raise StickslipError(f"{log.name} runs backwards, and {effect}: their columns are swapped. {hint}")
+        notes.append(f"{log.name}: {effect}. Are the columns swapped? {hint}")
     if log.work < 0:
         log = turned
         notes.append(f"The force of {log.name} drives the way over its loops: its sign was turned.")
@@ -175,4 +174,6 @@ def checked(log: LoopLog) -> LoopLog:
         )
     if log.load is not None and np.min(np.abs(log.load)) < NO_LOAD * np.median(np.abs(log.load)):
         notes.append(f"The load of {log.name} is near zero at times: there its force says little of the law.")
-    return replace(log, notes=tuple(dict.fromkeys(notes)))
+    log = replace(log, notes=tuple(dict.fromkeys(notes)))
+    object.__setattr__(log, "checked", True)
+    return log

@@ -136,30 +136,20 @@ class HysteresisFit(Pictured):
 
     @property
     def best(self) -> FittedLaw:
-        """The law that leaves least.
-
-        Raises:
-            StickslipError: no law was fitted.
-        """
+        """The law that leaves least. StickslipError: no law was fitted."""
         if not self.laws or self.laws[0].why:
             raise StickslipError("No law was fitted to these loops; their sliders are in 'spectrum'.")
         return self.laws[0]
 
     def law(self, name: str = "") -> HysteresisLaw:
-        """A fitted law in numbers (default: the best), for Hysteresis(way=..., law=...).
-
-        Raises:
-            StickslipError: it was not fitted.
-        """
+        """A fitted law in numbers (default: the best), for Hysteresis(way=..., law=...). StickslipError: it was not
+        fitted."""
         fitted = self._fitted(name)
         return LAWS[fitted.name].at(fitted.values)
 
     def model(self, name: str = "") -> Mechanism:
         """A law (default: the best) along a way that an input prescribes; its values are those of the fitted law.
-
-        Raises:
-            StickslipError: it was not fitted.
-        """
+        StickslipError: it was not fitted."""
         return loop_model(LAWS[self._fitted(name).name], rate=self.spectrum.rate)
 
     def _fitted(self, name: str) -> FittedLaw:
@@ -178,22 +168,22 @@ class HysteresisFit(Pictured):
         return f"Hysteresis of {', '.join(self.names)}: sliders leave {100 * max(self.left.values()):.3g} %"
 
     def _contents(self) -> dict[str, object]:
-        shown: dict[str, object] = {"stiffness": self.stiffness, "sliding_force": self.sliding_force}
-        return shown | {law.name: f"{100 * law.worst:.3g} % left" for law in self.laws if not law.why}
+        contents: dict[str, object] = {"stiffness": self.stiffness, "sliding_force": self.sliding_force}
+        return contents | {law.name: f"{100 * law.worst:.3g} % left" for law in self.laws if not law.why}
 
 
 def cycles_of(log: LoopLog) -> list[LoopCycle]:
     """Cycles of a log, those of about one amplitude together."""
     turns = log.reversals[1:-1]
-    found: list[tuple[float, float, float]] = []
+    cycles: list[tuple[float, float, float]] = []
     for first, middle, last in zip(turns[:-2:2], turns[1:-1:2], turns[2::2], strict=False):
         way, force = log.way[first : last + 1], log.force[first : last + 1]
         amplitude = float(np.ptp(way)) / 2
         ends = log.force[middle] - (log.force[first] + log.force[last]) / 2
         reach = log.way[middle] - (log.way[first] + log.way[last]) / 2
-        found.append((amplitude, float(np.trapezoid(force, way)), float(ends / reach)))
+        cycles.append((amplitude, float(np.trapezoid(force, way)), float(ends / reach)))
     groups: list[list[tuple[float, float, float]]] = []
-    for cycle in sorted(found):
+    for cycle in sorted(cycles):
         if groups and cycle[0] <= 1.1 * groups[-1][0][0]:
             groups[-1].append(cycle)
         else:

@@ -170,21 +170,21 @@ def fit_lag(logs: Sequence[LoopLog], *, factors: Sequence[str], rate: bool | Non
     without = left(0.0)
     best = min(range(1, LAGS - 1), key=lambda i: left(float(lags[i])))
     ends = np.log(lags[[best - 1, best + 1]])
-    found: Any = minimize_scalar(lambda log: left(float(np.exp(log))), bounds=tuple(ends), method="bounded")
-    return (float(np.exp(found.x)), float(found.fun), without) if found.fun < without else (0.0, without, without)
+    minimum: Any = minimize_scalar(lambda log: left(float(np.exp(log))), bounds=tuple(ends), method="bounded")
+    return (float(np.exp(minimum.x)), float(minimum.fun), without) if minimum.fun < without else (0.0, without, without)
 
 
 def _columns(
     log: LoopLog, bound: np.ndarray, widths: np.ndarray, factors: Sequence[str], rate: bool, loaded: bool
 ) -> np.ndarray:
     """(n, m) of what has a weight that is not negative; each part for each factor."""
-    parts = [stops(log, bound, saturated(log, bound))]
+    blocks = [stops(log, bound, saturated(log, bound))]
     if rate:
         speed = log.speed()[:, None]
-        parts += [np.tanh(speed / widths), speed]
-    said = {**log.conditions, **log.signals}
-    scale = np.column_stack(np.broadcast_arrays(np.ones(len(log.way)), *(said[name] for name in factors)))
-    columns = np.hstack([(part[:, :, None] * scale[:, None]).reshape(len(log.way), -1) for part in parts])
+        blocks += [np.tanh(speed / widths), speed]
+    conditions = {**log.conditions, **log.signals}
+    scale = np.column_stack(np.broadcast_arrays(np.ones(len(log.way)), *(conditions[name] for name in factors)))
+    columns = np.hstack([(block[:, :, None] * scale[:, None]).reshape(len(log.way), -1) for block in blocks])
     return columns * log.load[:, None] if loaded and log.load is not None else columns
 
 

@@ -48,16 +48,16 @@ def verdicts(
     if spectrum.spring_beside() < -0.05 * spectrum.stiffness_at_rest():
         notes.append("The spring beside the sliders is negative: a force that falls with the way, which no slider has.")
     for log in logs:
-        said = [*_drift(log, spectrum), *(() if log.signals else _backlash(log))]
-        if not said and least.get(log.name, np.inf) > TELLS * spectrum.left(log):
-            said += _beside(log, spectrum)
-        if not said and (left := spectrum.left(log)) > UNTOLD:
-            said = [
+        remarks = [*_drift(log, spectrum), *(() if log.signals else _backlash(log))]
+        if not remarks and least.get(log.name, np.inf) > TELLS * spectrum.left(log):
+            remarks += _beside(log, spectrum)
+        if not remarks and (left := spectrum.left(log)) > UNTOLD:
+            remarks = [
                 f"Sliders leave {100 * left:.3g} % of the force of {log.name}: it depends on more than its way. On the "
                 "speed (a column of the time), on what a column or the file's name tells (--factors), on a clearance "
                 "without force, on damage (--laws BoucWenBaberNoori)? Look at the loops: --figure FILE.png."
             ]
-        notes += said
+        notes += remarks
         if log.load is None or (left := spectrum.left(log)) == 0:
             continue
         ignored = replace(log, load=None)
@@ -102,7 +102,7 @@ def _trend(values: Sequence[float], spans: Sequence[float]) -> float:
     cycle = np.arange(len(values)) - (len(values) - 1) / 2
     others = [np.ones(len(values)), *([np.asarray(spans)] if np.ptp(spans or [0.0]) > 0 else [])]
     basis = np.linalg.qr(np.column_stack(others))[0]
-    along, rest = (one - basis @ (basis.T @ one) for one in (cycle, np.asarray(values)))
+    along, rest = (series - basis @ (basis.T @ series) for series in (cycle, np.asarray(values)))
     if len(values) < len(others) + 3 or along @ along < ALONG * (cycle @ cycle):
         return 0.0
     slope = float(along @ rest / (along @ along))

@@ -76,10 +76,8 @@ def bootstrap(
 ) -> Draws:
     """Refit resampled blocks ``draws`` times. processes: None for as many as there are cores, if they pay.
 
-    An interrupt (Ctrl-C) ends it with the draws that are finished, if these are `LEAST` or more.
-
-    Raises:
-        StickslipError: fewer than `LEAST` draws asked for or fitted, or too few clusters.
+    An interrupt (Ctrl-C) ends it with the draws that are finished, if these are `LEAST` or more. StickslipError: fewer
+    than `LEAST` draws asked for or fitted, or too few clusters.
     """
     if draws < LEAST:
         raise StickslipError(f"A bootstrap of {draws} draws gives no standard deviation; take 200.")

@@ -26,10 +26,7 @@ BETTER = 1e-6  # relative fall of the sum of squares, met by a profile, that is 
 class Inference(Shown):
     """What is asked for. covariance: "jackknife" over clusters, "hac" (Newey-West) or "bootstrap" of clusters with
     ``draws`` full refits from ``seed``; profile: whether to profile each parameter's likelihood; level: of intervals.
-
-    Raises:
-        StickslipError: there is no such covariance, or too few draws.
-    """
+    StickslipError: there is no such covariance, or too few draws."""
 
     covariance: str = COVARIANCE
     draws: int = DRAWS

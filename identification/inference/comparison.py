@@ -174,10 +174,8 @@ def compare_problems(
     """Compare laws by their problems, which hold the same residuals (the same logs, reduced in the same way).
 
     solutions: of the problems that are solved already; logs: names by the numbers of the evaluations. ``progress`` is
-    told the fraction done.
-
-    Raises:
-        StickslipError: no two laws, residuals that differ in number, or too few clusters to hold any out.
+    told the fraction done. StickslipError: no two laws, residuals that differ in number, or too few clusters to hold
+    any out.
     """
     if len(problems) < 2:
         raise StickslipError("A comparison needs two laws or more.")

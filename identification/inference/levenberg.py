@@ -39,8 +39,8 @@ def levenberg(
     while descent.evaluations < evaluations and not converged:
         before, x = descent.cost, descent.x
         damping = descent.lower(damping)
-        near = np.linalg.norm(descent.x - x) < tolerance * (tolerance + np.linalg.norm(x))
-        if damping > MOST or near or before - descent.cost <= tolerance * before:
+        settled = np.linalg.norm(descent.x - x) < tolerance * (tolerance + np.linalg.norm(x))
+        if damping > MOST or settled or before - descent.cost <= tolerance * before:
             message, converged = "neither loss nor step changes any more", True
     at_bound = at_bounds(problem, descent.x)
     return Solution(descent.x, descent.here, converged, message, tuple(at_bound.tolist()))
@@ -52,22 +52,22 @@ class _Descent:
     def __init__(self, problem: FitProblem, start: np.ndarray, soft: bool) -> None:
         self.problem, self.soft = problem, soft
         self.low, self.high = problem.limits
-        known = [(row, one.prior) for row, one in enumerate(problem.unknowns) if one.prior is not None]
-        self.known = np.array([row for row, _ in known], dtype=int)
-        self.expected = np.array([prior.value for _, prior in known])
-        self.precision = np.array([1 / prior.standard_uncertainty for _, prior in known])
+        priors = [(row, unknown.prior) for row, unknown in enumerate(problem.unknowns) if unknown.prior is not None]
+        self.known = np.array([row for row, _ in priors], dtype=int)
+        self.expected = np.array([prior.value for _, prior in priors])
+        self.precision = np.array([1 / prior.standard_uncertainty for _, prior in priors])
         self.scale = np.zeros(len(start))
         self.evaluations, self.cost = 0, np.inf
         self._evaluate(np.clip(start, self.low, self.high))
 
     def _evaluate(self, x: np.ndarray) -> bool:
         """Go to x if its gradient is there too and its loss is lower."""
-        here = self.problem.evaluate(x)
-        cost = self._cost(here.residual, x)
+        evaluation = self.problem.evaluate(x)
+        cost = self._cost(evaluation.residual, x)
         self.evaluations += 1
         if not cost < self.cost and self.evaluations > 1:
             return False
-        self.x, self.here, self.cost = x, here, cost
+        self.x, self.here, self.cost = x, evaluation, cost
         return True
 
     def _rows(self, residual: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -107,8 +107,8 @@ class _Descent:
         while least <= damping <= MOST:
             x = self._bent(factors, damping)
             lower = False
-            if x is not None and (here := self._cost(self.problem.residual(x), x)) < cost:
-                best, cost, used, lower = x, here, damping, True
+            if x is not None and (trial := self._cost(self.problem.residual(x), x)) < cost:
+                best, cost, used, lower = x, trial, damping, True
             if lower and not rising:
                 damping /= FACTOR
             elif best is self.x:
@@ -152,9 +152,9 @@ class _Factors:
             return right.T @ (size / (size**2 + damping) * (left.T @ (self.basis.T @ target)))
         count = len(free)
         rows = np.vstack([self.triangle, np.sqrt(damping) * np.eye(count)])
-        whole = np.append(self.basis.T @ target, np.zeros(count)) - rows[:, ~free] @ fixed[~free]
+        right_side = np.append(self.basis.T @ target, np.zeros(count)) - rows[:, ~free] @ fixed[~free]
         step = fixed.copy()
-        step[free] = np.linalg.lstsq(rows[:, free], whole, rcond=None)[0]
+        step[free] = np.linalg.lstsq(rows[:, free], right_side, rcond=None)[0]
         return step
 
     def step(self, damping: float) -> tuple[np.ndarray, np.ndarray]:

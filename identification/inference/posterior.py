@@ -179,10 +179,7 @@ class Target:
 
     covariance: (q, q) of the unknowns without a prior, the others being held; None for that of the residuals as they
     are. readings: what else is known of products of unknowns. spread: (m, m), covariance of the normal distribution
-    that touches ln p at the solution.
-
-    Raises:
-        StickslipError: unknowns were held.
+    that touches ln p at the solution. StickslipError: unknowns were held.
     """
 
     def __init__(

@@ -262,9 +262,7 @@ def solve(
 
     start: (m,) or None for the problem's own; fixed: unknowns to be held at these values; tolerance: relative, of sum
     of squares, step and gradient; evaluations: the most that are made; loss: of SciPy's, soft beyond `SOFT` deviations.
-
-    Raises:
-        StickslipError: an unknown that is fixed is not there, or there are no more equations than unknowns.
+    StickslipError: an unknown that is fixed is not there, or there are no more equations than unknowns.
     """
     fixed = dict(fixed or {})
     names = [unknown.name for unknown in problem.unknowns]

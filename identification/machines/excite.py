@@ -87,10 +87,7 @@ def excite(
 ) -> Excitation:
     """Design a motion. limits: low and high by name of a coordinate (all of them needed), of its velocity or of an
     effort; known: as in `identify_machine`; harmonics: of the period (s); rate: Hz, of the samples to come.
-
-    Raises:
-        StickslipError: a limit is missing, of no quantity, or leaves nothing.
-    """
+    StickslipError: a limit is missing, of no quantity, or leaves nothing."""
     if not (period > 0 and rate > 0 and harmonics >= 1):
         raise StickslipError("Period, rate and the number of harmonics must be above 0.")
     regressor = regressor_of(mechanism, known)

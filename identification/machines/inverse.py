@@ -43,13 +43,11 @@ def identify_machine(
     """Base parameters of a declared machine from logs of efforts and positions.
 
     known: values of parameters that are not to be found, by name; cutoff: Hz, of the low-pass of positions, None to
-    filter logs as their recipe says; parallel_cutoff: of that over efforts and columns, the same if None; still:
-    share of its usual speed below which samples of a joint are left out, for it may stick there; method: "instruments"
-    or "least squares"; parameters: for least squares, bounds of base parameters and which are held, by name as lmfit
-    takes it (m2_r2 for "m2 r2"); held_out: logs that only score.
-
-    Raises:
-        StickslipError: as in `regressor_of`, `motions` and `solve_machine`.
+    filter logs as their recipe says; parallel_cutoff: of that over efforts and columns, the same if None; still: share
+    of its usual speed below which samples of a joint are left out, for it may stick there; method: "instruments" or
+    "least squares"; parameters: for least squares, bounds of base parameters and which are held, by name as lmfit takes
+    it (m2_r2 for "m2 r2"); held_out: logs that only score. StickslipError: as in `regressor_of`, `motions` and
+    `solve_machine`.
     """
     refuse_unknown(method, METHODS, f"There is no method '{method}'.")
     if not logs:

@@ -36,7 +36,7 @@ COEFFICIENT = "mu"  # parameters of a law that begin so are friction coefficient
 
 def comparable() -> tuple[str, ...]:
     """Names of the laws of friction force that may be compared."""
-    return (*slip_laws(), BY_DIRECTION, *(name + more for name in memory_laws() for more in ("", VISCOUS)))
+    return (*slip_laws(), BY_DIRECTION, *(name + suffix for name in memory_laws() for suffix in ("", VISCOUS)))
 
 
 def check_laws(laws: Sequence[str]) -> None:
@@ -114,10 +114,7 @@ def compare_joint_laws(
 ) -> dict[str, LawComparison]:
     """By joint, laws judged by HAC deviations and parts held out. logs: those of the fit; normal_force: N, of which
     coefficients of friction are, else of the root mean square effort; sign: of velocities, that goes with the laws.
-
-    Raises:
-        StickslipError: as in `motions`; there is no such law; or a log is too short to compare laws by.
-    """
+    StickslipError: as in `motions`; there is no such law; or a log is too short to compare laws by."""
     check_laws(laws)
     regressor = regressor_of(mechanism, fit.known)
     pieces = motions(fit.conditions.relative(logs), regressor.joints, cutoffs_of(fit))
@@ -131,9 +128,9 @@ def compare_joint_laws(
         sliders, step = None, resolution_of(logs, number)
         if remember:
             try:
-                sliders, left = presliding(rows, pieces, number, step)
+                sliders, residual = presliding(rows, pieces, number, step)
                 # what they leave is the unit of residuals: what a joint remembers at first is known beside it
-                rows = replace(rows, deviation=np.array([left]))
+                rows = replace(rows, deviation=np.array([residual]))
             except StickslipError as error:
                 aside = dict.fromkeys(remember, str(error))
         problems: dict[str, MachineProblem] = {}
@@ -157,12 +154,12 @@ def compare_joint_laws(
         warnings = {name: _meaning(problem, solutions[name]) for name, problem in problems.items()}
         if len(problems) == 1:
             ((name, problem),) = problems.items()
-            found = single_law(name, problem, solutions[name], [joint.joint], f"{name} alone could be fitted.")
+            comparison = single_law(name, problem, solutions[name], [joint.joint], f"{name} alone could be fitted.")
         else:
             options = Comparing("hac", PARTS, warnings)
-            found = compare_problems(problems, [joint.joint], solutions=solutions, options=options)
-        scores = tuple(replace(score, rms=score.rms * float(rows.deviation[0])) for score in found.scores)
-        comparisons[joint.joint] = replace(found, scores=scores, aside=aside)
+            comparison = compare_problems(problems, [joint.joint], solutions=solutions, options=options)
+        scores = tuple(replace(score, rms=score.rms * float(rows.deviation[0])) for score in comparison.scores)
+        comparisons[joint.joint] = replace(comparison, scores=scores, aside=aside)
     return comparisons
 
 
@@ -222,9 +219,9 @@ def _candidates(name: str, rows: Rows, pieces: Sequence[JointMotion], joint: int
     the difference of both, or viscous friction beside a law with memory."""
     viscous = "N m s/rad" if unit == "N m" else "N s/m"
     names: tuple[str, ...] = ()
-    kept = np.ones(len(rows.unknowns), dtype=bool)
+    staying = np.ones(len(rows.unknowns), dtype=bool)
     if name == BY_DIRECTION:
-        names, kept = ("F_c+", "F_c-", "F_v+", "F_v-"), ~_steady(rows)
+        names, staying = ("F_c+", "F_c-", "F_v+", "F_v-"), ~_steady(rows)
     elif name.endswith(VISCOUS) and name.removesuffix(VISCOUS) in memory_laws():
         names = ("F_v",)
 
@@ -235,10 +232,10 @@ def _candidates(name: str, rows: Rows, pieces: Sequence[JointMotion], joint: int
 
     if not names:
         return rows
-    free = tuple(unknown for unknown, keep in zip(rows.unknowns, kept, strict=True) if keep)
+    free = tuple(unknown for unknown, keep in zip(rows.unknowns, staying, strict=True) if keep)
     terms = tuple(Unknown(term, viscous if term.startswith("F_v") else unit) for term in names)
     columns = np.concatenate([piece.thinned(of(piece.velocity[:, joint]) * load_of(piece)) for piece in pieces])
-    return replace(rows, unknowns=(*free, *terms), columns=np.concatenate([rows.columns[:, kept], columns], axis=1))
+    return replace(rows, unknowns=(*free, *terms), columns=np.concatenate([rows.columns[:, staying], columns], axis=1))
 
 
 def _meaning(problem: MachineProblem, solution: Solution) -> tuple[str, ...]:

@@ -106,22 +106,16 @@ class MachineFit(Pictured, Recorded):
         }
 
     def to_lmfit(self) -> tuple[Minimizer, Any]:
-        """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`.
-
-        Raises:
-            StickslipError: it was read from a file, or is not one of least squares.
-        """
+        """The fit as lmfit has it, to go on with: see `inference.lmfit_exchange`. StickslipError: it was read from a
+        file, or is not one of least squares."""
         if self.identified is None:
             raise StickslipError("This fit was read from a file, which holds no logs. Fit the logs again for lmfit.")
         return self.identified.lmfit().to_lmfit()
 
 
 def read_machine_fit(path: str | os.PathLike[str]) -> MachineFit:
-    """A result of 'stickslip inverse MACHINE LOGS -o FILE.json'.
-
-    Raises:
-        StickslipError: there is none, or it is something else.
-    """
+    """A result of 'stickslip inverse MACHINE LOGS -o FILE.json'. StickslipError: there is none, or it is something
+    else."""
     file = existing(path, "fit", " Make one: stickslip inverse MACHINE LOGS -o FILE.json")
     try:
         content = json.loads(file.read_text(encoding="utf-8"))

@@ -73,7 +73,7 @@ class JointMemory(Friction):
     def _full(self) -> Callable[..., tuple[list[float], list[list[float]]]]:
         """Largest states (s,) and their derivatives (s, m) by the parameters."""
         full = [sympy.sympify(state) for state in self.law.law.lowered.full]
-        slopes = [[one.diff(p) for p in self.parameters] for one in full]
+        slopes = [[z.diff(p) for p in self.parameters] for z in full]
         return sympy.lambdify(self.parameters, [full, slopes])
 
     @cached_property
@@ -103,17 +103,17 @@ class JointMemory(Friction):
         column = subject.recorded.index(FORCE)
         for number, (piece, window) in enumerate(zip(self.pieces, self._windows, strict=True)):
             mine = slice(count + number * len(full), count + (number + 1) * len(full))
-            begin = dict.fromkeys(subject.states, 0.0)
-            begin |= {subject.by[i]: z for i, z in zip(states, (q[mine] * full).tolist(), strict=True)}
-            run = subject.respond(Stretch(window, values, begin))
+            start_states = dict.fromkeys(subject.states, 0.0)
+            start_states |= {subject.by[i]: z for i, z in zip(states, (q[mine] * full).tolist(), strict=True)}
+            run = subject.respond(Stretch(window, values, start_states))
             by = run.slopes[:, column]
-            shown = np.zeros((len(piece.time), 1 + len(q)))
+            response = np.zeros((len(piece.time), 1 + len(q)))
             end = len(window.times)
-            shown[:end, 0] = run.values[:, column]
-            shown[:end, 1 : 1 + count] = by[:, :count] + by[:, states] @ (q[mine, None] * by_parameters)
-            shown[:end, 1 + mine.start : 1 + mine.stop] = by[:, states] * full
-            shown[end:] = shown[end - 1]
-            yield shown
+            response[:end, 0] = run.values[:, column]
+            response[:end, 1 : 1 + count] = by[:, :count] + by[:, states] @ (q[mine, None] * by_parameters)
+            response[:end, 1 + mine.start : 1 + mine.stop] = by[:, states] * full
+            response[end:] = response[end - 1]
+            yield response
 
     def start(self, rows: Rows, chosen: np.ndarray) -> np.ndarray:
         """Where sliders found the law, and columns that are left by its friction."""
@@ -194,7 +194,7 @@ def presliding(
     free, effort = rows.where(rows.used).weighted
     free = np.column_stack([free, weight * thinned([speed[:, None] for speed in speeds])])
     weights = non_negative(columns, free, effort)
-    left = effort - np.column_stack([columns, free]) @ weights
+    residual = effort - np.column_stack([columns, free]) @ weights
     spectrum = SliderSpectrum(
         bound=bound,
         stiffness=weights[:SLIDERS, None],
@@ -210,7 +210,7 @@ def presliding(
     )
     if spectrum.sliding_force() <= 0:
         raise StickslipError("Nothing of it slides in these logs.")
-    return spectrum, float(np.sqrt(np.mean(left**2)))
+    return spectrum, float(np.sqrt(np.mean(residual**2)))
 
 
 def joint_memory(
@@ -242,5 +242,5 @@ def joint_memory(
         for number in range(1, len(law.law.lowered.full) + 1)
         for label in (f"z{number}_{piece}",)
     ]
-    begin = np.array([*(first[p.name] for p in parameters), *(0.0 for _ in shares)])
-    return JointMemory(law, parameters, (*map(unknown, parameters), *shares), pieces, joint, resolution, begin)
+    start_values = np.array([*(first[p.name] for p in parameters), *(0.0 for _ in shares)])
+    return JointMemory(law, parameters, (*map(unknown, parameters), *shares), pieces, joint, resolution, start_values)

@@ -58,8 +58,8 @@ class Friction(ABC):
     def __call__(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Friction (rows of the joint,) and its derivatives (rows, m)."""
         thin = []
-        for piece, shown in zip(self.pieces, self.along(q[: len(self.own)]), strict=True):
-            followed = shown * load_of(piece)
+        for piece, friction in zip(self.pieces, self.along(q[: len(self.own)]), strict=True):
+            followed = friction * load_of(piece)
             if self.warms and piece.warmer is not None:
                 warmer = piece.warmer[:, None]
                 followed = np.hstack([followed * (1 + q[-1] * warmer), followed[:, :1] * warmer])

@@ -52,11 +52,8 @@ def is_recipe(reference: str) -> bool:
 
 def machine_at(reference: str, gravity: Sequence[float] = (), columns: Mapping[str, str] | None = None) -> Machine:
     """The machine that a declaration, a URDF or a recipe stands for, and how its logs are read. gravity, columns: as in
-    `declared_machine` and `read_machine_log`; a recipe has its own.
-
-    Raises:
-        StickslipError: as in `declared_machine` or `recipe_machine`, or what a recipe has itself is given.
-    """
+    `declared_machine` and `read_machine_log`; a recipe has its own. StickslipError: as in `declared_machine` or
+    `recipe_machine`, or what a recipe has itself is given."""
     if not is_recipe(reference):
         return DeclaredMachine(declared_machine(reference, gravity), dict(columns or {}))
     if gravity or columns:
@@ -108,11 +105,8 @@ def read_machine_log(
     """A log of a machine's positions and efforts, in the units of the declaration.
 
     columns: column by name of a coordinate, effort or ``time``, ``normal_force`` or ``temperature``, where they differ;
-    reader: as in `rig_io.read_log`.
-    Rows with an empty cell are left out. A recorded velocity is compared with the position's.
-
-    Raises:
-        StickslipError: a column is not there, of another unit, or hardly filled.
+    reader: as in `rig_io.read_log`. Rows with an empty cell are left out. A recorded velocity is compared with the
+    position's. StickslipError: a column is not there, of another unit, or hardly filled.
     """
     table = read_columns(path, reader=reader)
     named = dict(columns or {})

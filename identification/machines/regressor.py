@@ -73,8 +73,8 @@ def regressor_of(mechanism: Mechanism, known: Mapping[str, float] | None = None)
     parameter is not there, nothing is to be found, an input does not drive one joint alone, a contact opens, or the
     efforts are not linear in products of parameters."""
     missing = f"{mechanism.name} has no parameter"
-    given = (known or {}).items()
-    values = {named(mechanism.parameters, name, f"{missing} '{name}'."): float(value) for name, value in given}
+    known_values = (known or {}).items()
+    values = {named(mechanism.parameters, name, f"{missing} '{name}'."): float(value) for name, value in known_values}
     drives, others = _drives(mechanism)
     unknown = {p for p in mechanism.parameters if p not in values}
     if not unknown:

@@ -79,10 +79,8 @@ def mechanism_from_urdf(
     """A robot, serial or branched. gravity: m/s^2 in the frame of the base, which a wall or a ceiling turns.
 
     Coordinates are named q1, q2, ... from the base on, branch after branch as the file has them, efforts tau1, tau2,
-    ...; links at fixed joints belong to those that carry them.
-
-    Raises:
-        StickslipError: it is no URDF; its joints are no tree, neither turn nor slide, copy others, or lead to no link.
+    ...; links at fixed joints belong to those that carry them. StickslipError: it is no URDF; its joints are no tree,
+    neither turn nor slide, copy others, or lead to no link.
     """
     file = existing(path, "URDF")
     try:

@@ -37,7 +37,7 @@ from identification.measurement.sensor_checks import (
     stray_warning,
 )
 from identification.measurement.velocity import with_velocity
-from rig_io.logs.log import RigLog
+from rig_io.logs.log import LaserCalibration, RigLog
 from rig_io.repair.clock import UNEVEN
 from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped
 
@@ -307,21 +307,17 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     """Laser angles scaled and dated by the encoder.
 
     Without encoder or laser the motions are returned as they are, with what the calibration says in the `SensorFit`."""
-    usable = [m for m in motions if angle_sensor(m.log) == "laser" and m.log.has("encoder_count")]
-    # a log that passes one line alone fixes its own offset and tells nothing else
-    usable = [m for m in usable if len(np.unique(_edge_equations([m], window).line)) > 1]
+    usable = with_lines(motions, window)
     if not usable:
         return list(motions), _as_stated(motions)
-    equations = _edge_equations(usable, window)
+    equations = edge_equations(usable, window)
     lines = len(np.unique(equations.line))
-    if lines < LEAST_LINES:
-        return list(motions), _as_stated(motions)
     mended, notes = without_drift(usable, equations)
     steady = [new is old for old, new in zip(usable, mended, strict=True)]
     if notes:
         moved = {id(old): new for old, new in zip(usable, mended, strict=True)}
         motions, usable = [moved.get(id(motion), motion) for motion in motions], mended
-        equations = _edge_equations(usable, window)
+        equations = edge_equations(usable, window)
     solution = np.linalg.lstsq(equations.design, equations.edge, rcond=None)[0]
     residual = equations.design @ solution - equations.edge
     gain, delay = float(solution[0]), float(solution[1])
@@ -349,6 +345,16 @@ def _scaled(motions: Sequence[DiscMotion], window: float) -> tuple[list[DiscMoti
     return [corrected(m, gain, delay) if angle_sensor(m.log) == "laser" else m for m in motions], fit
 
 
+def with_lines(motions: Sequence[DiscMotion], window: float) -> list[DiscMotion]:
+    """Motions whose laser an encoder can scale; none where it passed too few lines."""
+    usable = [m for m in motions if angle_sensor(m.log) == "laser" and m.log.has("encoder_count")]
+    # a log that passes one line alone fixes its own offset and tells nothing else
+    lines = [(m, np.unique(edge_equations([m], window).line)) for m in usable]
+    lines = [(m, some) for m, some in lines if len(some) > 1]
+    several = bool(lines) and len(np.unique(np.concatenate([some for _, some in lines]))) >= LEAST_LINES
+    return [m for m, _ in lines] if several else []
+
+
 def _bend(equations: EdgeEquations) -> tuple[tuple[tuple[float, float], ...], float]:
     """How the laser bends against the encoder, by power of the angle, and deviations; its gain beside that."""
     tangent = equations.design[:, 0]
@@ -373,18 +379,20 @@ def zeroed(motion: DiscMotion, zero: float) -> DiscMotion:
     if angle_sensor(motion.log) != "laser":
         passes = None if motion.passes is None else motion.passes.turned(-zero)
         return replace(motion, angle=motion.angle - zero, passes=passes)
-    return replace(motion, angle=np.arcsin(np.sin(motion.angle) - np.sin(zero)))
+    laser = motion.log.calibration.need("laser")
+    return replace(motion, angle=laser.angle(laser.shown(motion.angle) - laser.shown(np.array(zero))))
 
 
 def corrected(motion: DiscMotion, gain: float, delay: float) -> DiscMotion:
-    """The motion with the displacement R sin(angle) times 1 + gain, dated ``delay`` s earlier, the drive read there."""
-    time = motion.time - delay
-    angle = np.arcsin((1 + gain) * np.sin(motion.angle))
+    """The motion with the laser's displacement times 1 + gain, dated ``delay`` s earlier, the drive read there."""
+    time, laser = motion.time - delay, motion.log.calibration.laser or LaserCalibration(1.0)
+    angle = laser.angle((1 + gain) * laser.shown(motion.angle))
     drives = np.stack([np.interp(time, motion.time, drive) for drive in motion.drives])
     return replace(motion, time=time, angle=angle, drives=drives)
 
 
-def _edge_equations(motions: Sequence[DiscMotion], window: float) -> EdgeEquations:
+def edge_equations(motions: Sequence[DiscMotion], window: float) -> EdgeEquations:
+    """Edges of the body's encoder against the laser. window: s, over which the laser is smoothed."""
     rows, values, labels, times, places, lost = [], [], [], [], [], []
     for number, motion in enumerate(motions):
         passed = edges(motion.log, "encoder")

@@ -27,6 +27,7 @@ PULLS = (
     "With no disc in contact a torque acts at some angles of the body, beside spring and damping: look for a magnet, a "
     "cable, a stop. Friction that depends on the angle is not told from it."
 )
+RATIOS = {"k/J": "stiffness_ratio", "c/J": "damping_ratio"}  # their fields
 CYCLES = 3  # needed: fewer leave frequency and damping at the mercy of the rest position
 PLACES = 8  # from the least to the greatest angle, between which a torque that goes with it is straight
 BLOCKS = 8  # of a cycle, whose means tell such a torque
@@ -68,10 +69,17 @@ class FreeDecay(Shown):
     def with_ratios(self, ratios: Mapping[str, float], deviations: Mapping[str, float | None]) -> FreeDecay:
         """The decay with stated k/J (1/s^2) or c/J (1/s), and their standard deviations, in place of its own."""
         changed: dict[str, Any] = {"stated": tuple(ratios)}
-        for name, field in (("k/J", "stiffness_ratio"), ("c/J", "damping_ratio")):
+        for name, field in RATIOS.items():
             if name in ratios:
                 changed |= {field: ratios[name], f"{field}_deviation": deviations.get(name)}
         return replace(self, **changed)
+
+    def again(self, log: RigLog) -> FreeDecay:
+        """That of the same log, read otherwise; what was stated stays."""
+        fields = {name: field for name, field in RATIOS.items() if name in self.stated}
+        ratios = {name: getattr(self, field) for name, field in fields.items()}
+        deviations = {name: getattr(self, f"{field}_deviation") for name, field in fields.items()}
+        return fit_free_decay(log).with_ratios(ratios, deviations)
 
     @property
     def natural_period(self) -> float:

@@ -5,6 +5,7 @@ path.
 """
 
 from collections.abc import Callable, Container, Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import TypeVar
 
@@ -26,6 +27,7 @@ from identification.measurement.free_decay import FreeDecay, fit_free_decay
 from identification.measurement.laser_walk import with_walk
 from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, SensorFit
 from identification.measurement.pooled import Pool, RigValues, rig_values
+from identification.measurement.seen_beam import beam_words, seen_beam, with_beam
 from identification.measurement.sensor_checks import check_stick_speed, drive_warnings
 from identification.measurement.slip_segments import THRESHOLD, SlipSegment, slip_segments
 from identification.measurement.stated import (
@@ -80,6 +82,12 @@ def pool(
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
     raw, split, unfit = motions_in_pieces(sliding)
+    if beam := seen_beam(raw, SMOOTHING * period):
+        words = beam_words(raw[0].log.calibration.need("laser"), beam)
+        logs = [with_beam(log, beam) for log in logs]
+        decay = free_decay and next((free_decay.again(log) for log in logs if log.name == free_decay.log), free_decay)
+        ready = pool(logs, free_decay=decay, threshold=threshold, allow_no_stick=allow_no_stick)
+        return replace(ready, warnings=(words, *ready.warnings))
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = at_rest(raw, free_decay)

@@ -27,7 +27,7 @@ def model_at(fit: FrictionFit, model: FittedModel, motion: DiscMotion) -> Fitted
     if motion.loads is not None:
         means = dict(zip(names, np.mean(motion.loads, axis=1).tolist(), strict=True))
         forces = {name: means[name] for name in forces}
-    rise = next((one.value for one in fit.nuisance if one.name == TERM.name), 0.0)
+    rise = next((nuisance.value for nuisance in fit.nuisance if nuisance.name == TERM.name), 0.0)
     if rise and motion.log.has("temperature"):
         warmer = float(np.nanmean(motion.log.column("temperature"))) - fit.sensors["temperature"]
         forces = {name: force * (1 + rise * warmer) for name, force in forces.items()}

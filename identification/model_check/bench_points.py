@@ -35,12 +35,9 @@ class BenchPoints:
 
 
 def bench_points(scene: Scene, rows: Sequence[Row], logs: Sequence[RigLog]) -> list[BenchPoints | None]:
-    """What logs show beside each row of a scene that varies a drive; None where no log is of its speed.
-
-    Raises:
-        StickslipError: a scene that varies no drive or whose rows are no motions, logs of none of its speeds, and as
-            ``measured_motions``.
-    """
+    """What logs show beside each row of a scene that varies a drive; None where no log is of its speed. StickslipError:
+    a scene that varies no drive or whose rows are no motions, logs of none of its speeds, and as
+    ``measured_motions``."""
     over = scene.compute.over
     if over not in scene.drives or any(row.trajectory is None for row in rows):
         raise StickslipError(
@@ -55,13 +52,13 @@ def bench_points(scene: Scene, rows: Sequence[Row], logs: Sequence[RigLog]) -> l
     motions = [motion for family in measured_motions(logs, period).values() for motion in family]
     disc = int(str(over)[-1])
     speeds = np.array([dict(enumerate(motion.log.experiment.drive_speed)).get(disc, np.inf) for motion in motions])
-    found: list[BenchPoints | None] = []
+    points: list[BenchPoints | None] = []
     for row in rows:
         at, run = float(row.at or 0.0), row.trajectory
         assert run is not None
         nearest = int(np.argmin(np.abs(speeds - at)))
         if abs(speeds[nearest] - at) > SAME * abs(at):
-            found.append(None)
+            points.append(None)
             continue
         motion, window = motions[nearest], SMOOTHING * period
         last = np.linspace(motion.time[-1] - PERIODS * period, motion.time[-1] - window, POINTS)
@@ -71,9 +68,9 @@ def bench_points(scene: Scene, rows: Sequence[Row], logs: Sequence[RigLog]) -> l
             (x[:, None] - run[name]) / h for x, name, h in zip((angle, speed), ("theta", "omega"), half, strict=True)
         ]
         nearest_square = (away[0] ** 2 + away[1] ** 2).min(axis=1)
-        found.append(BenchPoints(at, motion.log.name, angle, speed, float(np.sqrt(nearest_square.mean()))))
-    if not any(found):
+        points.append(BenchPoints(at, motion.log.name, angle, speed, float(np.sqrt(nearest_square.mean()))))
+    if not any(points):
         raise StickslipError(
             f"No log is of a speed of {scene.name}, {over} = {', '.join(f'{row.at:g}' for row in rows)}."
         )
-    return found
+    return points

@@ -143,9 +143,7 @@ def transitions(
     """Where the set of sticking discs changes as a drive speed rises from ``low`` to ``high``.
 
     varied: the disc whose speed rises, rad/s; fixed: speeds of the others; beyond: go on until no disc sticks.
-
-    Raises:
-        StickslipError: a range without extent.
+    StickslipError: a range without extent.
     """
     if not 0 < abs(low) < abs(high):
         raise StickslipError(f"The drive speed must rise from one above zero, found {low:g} to {high:g} rad/s.")

@@ -102,10 +102,8 @@ def compare_families(
 
     logs: of the rig of the fit, not necessarily those fitted; a free decay among them gives the zero of the angle.
     scene: its FMU, start and laws in place of the rig's. uncertainty: of the predicted bifurcation speeds.
-
-    Raises:
-        StickslipError: logs of another rig, of other discs or materials, a log that is no motion, or a law that the FMU
-            does not have.
+    StickslipError: logs of another rig, of other discs or materials, a log that is no motion, or a law that the FMU
+    does not have.
     """
     constants = rig_constants(fit)
     families = measured_motions(logs, float(2 * np.pi * np.sqrt(constants["J"] / constants["k"])))
@@ -146,8 +144,8 @@ def _family(
         raise SwayedError(" ".join(left_out))
     fixed, notes = _fixed_speeds(motions, varied)
     notes = (*(f"Log '{member.log}' {member.settling.words}." for member in members if member.settling), *notes)
-    kept = {member.log for member in members}
-    sways = (words for motion in motions if motion.log.name in kept for words in swayed(motion))
+    kept_logs = {member.log for member in members}
+    sways = (words for motion in motions if motion.log.name in kept_logs for words in swayed(motion))
     notes = (*followed_in(fit.structure), *left_out, *sways, *notes)
     if fixed is None:
         return FamilyComparison(tuple(members), varied, None, (), notes)

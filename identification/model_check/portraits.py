@@ -75,9 +75,8 @@ class Portrait(Shown, Recorded):
 
     @property
     def words(self) -> str:
-        """The motion in words, as in "stick on {0} -> {0, 1} -> {1}"."""
-        discs = ("{" + ", ".join(contact[-1] for contact in group) + "}" for group in self.sequence)
-        return "stick on " + " -> ".join(discs) if self.sequence else "a cycle without stick"
+        """The motion in words, as in "stick on disc0, disc0 and disc1, disc1"."""
+        return "stick on " + ", ".join(map(" and ".join, self.sequence)) if self.sequence else "a cycle without stick"
 
     @property
     def stick_fraction(self) -> dict[str, float]:

@@ -30,9 +30,7 @@ def measured_motions(logs: Sequence[RigLog], natural_period: float) -> dict[tupl
     above the bifurcation the disc slides steadily, and that is a result.
 
     logs: a free decay among them gives the zero of the angle; natural_period: s, scale of the smoothing.
-
-    Raises:
-        StickslipError: no such log, different rigs, a log without disc, or one that cannot be read as a motion.
+    StickslipError: no such log, different rigs, a log without disc, or one that cannot be read as a motion.
     """
     decays = [log for log in logs if log.kind == "free-decay"]
     sliding = [log for log in logs if log.kind != "free-decay"]
@@ -81,10 +79,8 @@ class Processing:
         """Mean cycle of a steady motion, or where it rests.
 
         time: (n,) s, even; angle: (n,) rad, as measured or simulated, unsmoothed; drives: by contact (n,) rad/s;
-        states: of a model, by contact (n,), 0 where it sticks.
-
-        Raises:
-            StickslipError: a motion with stick of fewer than `LEAST_CYCLES` cycles.
+        states: of a model, by contact (n,), 0 where it sticks. StickslipError: a motion with stick of fewer than
+        `LEAST_CYCLES` cycles.
         """
         step = float((time[-1] - time[0]) / (len(time) - 1))
         window = SMOOTHING * self.natural_period

@@ -69,11 +69,11 @@ class Candidate(Shown):
     @property
     def start(self) -> str:
         """How to begin, and what to do in between."""
-        held = f", with holds of {', '.join(f'{hold:g}' for hold in self.holds)} s" if self.holds else ""
+        holding = f", with holds of {', '.join(f'{hold:g}' for hold in self.holds)} s" if self.holds else ""
         if self.start_angle == 0 and not self.both:
-            return ANY + held
-        back = "" if self.start_angle is None else f", or let the body go at {self.start_angle:.2g} rad"
-        return f"bring the drive up from rest in contact{back}{held}"
+            return ANY + holding
+        release = "" if self.start_angle is None else f", or let the body go at {self.start_angle:.2g} rad"
+        return f"bring the drive up from rest in contact{release}{holding}"
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Plan(Tabular, Recorded):
         import pandas
 
         rows = [
-            {"drive_speed": one.drive_speed, "load": one.load, "start": one.start} | _named(one) for one in self.logs
+            {"drive_speed": log.drive_speed, "load": log.load, "start": log.start} | _named(log) for log in self.logs
         ]
         return pandas.DataFrame([*rows, {"start": REPEATED} | {f"sd {q}": sd for q, sd in self.repeated.items()}])
 
@@ -138,12 +138,8 @@ def design(
     progress: Callable[[float], None] | None = None,
 ) -> Design:
     """What one more log of ``duration`` s would add, by drive speed (rad/s) and load (N; that of the fit if None), and
-    a plan of so many ``logs``.
-
-    Raises:
-        StickslipError: a speed, load or duration that is not positive, a number of logs that is none, a law with
-            bristles, or a fitted law whose model does not stick and slip at any of the fitted drive speeds.
-    """
+    a plan of so many ``logs``. StickslipError: a speed, load or duration that is not positive, a number of logs that is
+    none, a law with bristles, or a fitted law whose model does not stick and slip at any of the fitted drive speeds."""
     law, rig = find_law(fit.law_reference), fitted_rig(fit)
     _check(fit, law)
     if isinstance(logs, bool) or not isinstance(logs, int) or not 1 <= logs <= MOST:
@@ -155,10 +151,10 @@ def design(
         if not values or not all(np.isfinite(value) and value > 0 for value in values):
             raise StickslipError(f"Every {name} of a design must be a positive number.")
     stated = stated_size(fit)
-    way, unseen = float(np.sign(fit.logs[0].drive_speeds[0])), bool(_reversal(fit))
+    sign, unseen = float(np.sign(fit.logs[0].drive_speeds[0])), bool(_reversal(fit))
     with SimulatedLogs(fit, law) as runs:
         known = Knowledge(runs.shared, "encoder_lines" in fit.sensors, list(logged(runs, fit)), stated)
-        forecast = _Forecast(known, [q.name for q in parameters_of(fit)], duration, way, unseen)
+        forecast = _Forecast(known, [q.name for q in parameters_of(fit)], duration, sign, unseen)
         results, grid = [], [(w, N) for N in loaded_by for w in tried]
         seen: dict[tuple[float, float], SeenLog] = {}
         for number, (w, N) in enumerate(grid):
@@ -176,8 +172,8 @@ def design(
     if _holds(fit) and plan.logs:
         slowest = min(plan.logs, key=lambda one: abs(one.drive_speed))
         plan = replace(plan, logs=tuple(replace(one, holds=HOLDS) if one is slowest else one for one in plan.logs))
-    now, index = forecast.deviations(), _index(forecast.precision(()))
-    advice = _advice(best_first, now, index, duration) + _together(plan, duration)
+    present, index = forecast.deviations(), _index(forecast.precision(()))
+    advice = _advice(best_first, present, index, duration) + _together(plan, duration)
     advice += _constants(fit, best_first[0].deviations) + _holds(fit) + _reversal(fit)
     if fit.causes:
         advice += (
@@ -186,7 +182,7 @@ def design(
         )
     if not np.allclose(loaded_by, rig.N):
         advice += " Logs of another normal force cannot be pooled with those that were made: fit them by themselves."
-    return Design(best_first, now, index, duration, advice, plan)
+    return Design(best_first, present, index, duration, advice, plan)
 
 
 def _check(fit: FrictionFit, law: FittableLaw) -> None:
@@ -214,7 +210,7 @@ class _Forecast:
 
     def precision(self, runs: Sequence[SeenLog]) -> np.ndarray:
         """Of the parameters (m, m), with these logs beside the fitted ones."""
-        return self.knowledge.with_logs([(run, self.duration, self.sign(place)) for place, run in enumerate(runs)])
+        return self.knowledge.with_logs([(run, self.duration, self.sign(number)) for number, run in enumerate(runs)])
 
     def deviations(self, runs: Sequence[SeenLog] = ()) -> dict[str, float]:
         """Deviations with these logs beside the fitted ones."""
@@ -256,20 +252,20 @@ class _Forecast:
         helps = True
         while helps:
             helps = False
-            for place in range(count):
-                rest = chosen[:place] + chosen[place + 1 :]
-                other = [*rest, best(rest)]
-                if size(other) < size(chosen) - BETTER:
-                    chosen, helps = other, True
+            for number in range(count):
+                rest = chosen[:number] + chosen[number + 1 :]
+                trial = [*rest, best(rest)]
+                if size(trial) < size(chosen) - BETTER:
+                    chosen, helps = trial, True
         ordered: list[int] = []
         while chosen:
             ordered.append(best(ordered, chosen))
             chosen.remove(ordered[-1])
         logs = []
-        for place, i in enumerate(ordered):
-            one, sign = self._with(candidates[i], [runs[j] for j in ordered[: place + 1]]), self.sign(place)
-            angle = None if one.start_angle is None else sign * one.start_angle + 0.0  # no -0
-            logs.append(replace(one, drive_speed=sign * one.drive_speed, start_angle=angle))
+        for number, i in enumerate(ordered):
+            candidate, sign = self._with(candidates[i], [runs[j] for j in ordered[: number + 1]]), self.sign(number)
+            angle = None if candidate.start_angle is None else sign * candidate.start_angle + 0.0  # no -0
+            logs.append(replace(candidate, drive_speed=sign * candidate.drive_speed, start_angle=angle))
         return Plan(tuple(logs), repeated)
 
 
@@ -299,9 +295,9 @@ def _constants(fit: FrictionFit, then: Mapping[str, float]) -> str:
     share = {
         c.name: abs(c.sensitivity.get(rest[0].name) or 0) * c.standard_uncertainty / c.value for c in fit.constants
     }
-    left = ", ".join(f"{q.name} {deviation(q.scale_deviation)}" for q in rest)
+    unsettled = ", ".join(f"{q.name} {deviation(q.scale_deviation)}" for q in rest)
     worst = max(share, key=lambda name: share[name])
-    return f" Beside that the constants of the rig leave {left}, which no log lowers: measure {worst} better."
+    return f" Beside that the constants of the rig leave {unsettled}, which no log lowers: measure {worst} better."
 
 
 def _holds(fit: FrictionFit) -> str:

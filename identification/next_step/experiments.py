@@ -63,7 +63,7 @@ class CandidateExperiment:
     def words(self) -> str:
         """What is set."""
         settings = ", ".join(f"{name} = {value:.4g}" for name, value in self.settings.items())
-        return " of ".join(part for part in (self.label, settings) if part) or "as it was"
+        return " of ".join(word for word in (self.label, settings) if word) or "as it was"
 
 
 @dataclass(frozen=True)
@@ -155,11 +155,11 @@ class Forecast:
     ) -> Forecast:
         """Of experiments that set some names; errors as in `rank_experiments`."""
         names = [parameter.name for parameter in calibration.parameters if parameter.name in fmu.parameters]
-        known = [*fmu.inputs, *(name for name in fmu.parameters if name not in names), *fmu.states]
+        signals = [*fmu.inputs, *(name for name in fmu.parameters if name not in names), *fmu.states]
         for name in settable:
             refuse_unknown(
                 name,
-                known,
+                signals,
                 f"'{name}' is nothing that an experiment on {calibration.model} can set: "
                 f"no input, held parameter or state.",
             )
@@ -173,9 +173,9 @@ class Forecast:
             )
         if calibration.horizon is not None:
             duration = min(duration, calibration.horizon)
-        subject, now = subject_of(fmu, names, list(noise)), _precision(calibration, names)
+        subject, present = subject_of(fmu, names, list(noise)), _precision(calibration, names)
         return cls(
-            calibration, subject, names, list(only) or names, noise, now, _points(calibration), duration, samples
+            calibration, subject, names, list(only) or names, noise, present, _points(calibration), duration, samples
         )
 
     def judged(
@@ -191,9 +191,9 @@ class Forecast:
 
     def experiments(self, judged: Iterable[CandidateExperiment]) -> Experiments:
         """All that were judged, in their order, and what they tell that the logs do not."""
-        now = deviations_of(self.now, self.names, self.chosen)
+        present = deviations_of(self.now, self.names, self.chosen)
         best_first = tuple(sorted(judged, key=lambda one: rank(one.refused, one.deviations)))
-        return Experiments(best_first, now, self.duration, tuple(self._sentences(now, best_first)))
+        return Experiments(best_first, present, self.duration, tuple(self._sentences(present, best_first)))
 
     def deviations(self, informations: Sequence[np.ndarray]) -> dict[str, float | None]:
         """Geometric means over the points, by name; None of what is not told at one of them."""
@@ -229,8 +229,8 @@ class Forecast:
             raise StickslipError("The run has no derivative.")
         count = len(self.subject.parameters)
         starts = slopes[:, count:] / column_norms(slopes[:, count:])
-        left = free_of(slopes[:, :count], starts)
-        return left.T @ left
+        residual = free_of(slopes[:, :count], starts)
+        return residual.T @ residual
 
     def _sentences(self, now: Mapping[str, float | None], best_first: Sequence[CandidateExperiment]) -> Iterable[str]:
         untold = [name for name, sd in now.items() if sd is None]
@@ -243,10 +243,10 @@ class Forecast:
             values = ((self.calibration[name], sd) for name, sd in told.items())
             words = ", ".join(f"{one.name} = {value_with_sd(one.value, sd, one.unit)}" for one, sd in values)
             yield f"The logs do not tell {', '.join(told)}. This would: {best.words}, after which {words}."
-        if left := [name for name in untold if name not in told]:
-            others = self._others(left, best) if best else []
+        if silent := [name for name in untold if name not in told]:
+            others = self._others(silent, best) if best else []
             measure = f"measure one of {', '.join(others)}" if others else "measure what was not"
-            yield f"Nothing that was tried tells {', '.join(left)}: hold one of them, give it a prior, or {measure}."
+            yield f"Nothing that was tried tells {', '.join(silent)}: hold one of them, give it a prior, or {measure}."
 
     def _others(self, left: Sequence[str], best: CandidateExperiment) -> list[str]:
         """Variables which, if they were measured beside the others, would tell what is left."""
@@ -255,8 +255,8 @@ class Forecast:
             if name in self.noise:
                 continue
             noise = {**self.noise, name: 0.0}
-            more = replace(self, subject=subject_of(fmu, self.names, list(noise)), noise=noise)
-            seen = more.judged(best.settings, best.signals).deviations
+            wider = replace(self, subject=subject_of(fmu, self.names, list(noise)), noise=noise)
+            seen = wider.judged(best.settings, best.signals).deviations
             if all(seen.get(parameter) is not None for parameter in left):
                 others.append(name)
         return others
@@ -264,12 +264,12 @@ class Forecast:
 
 def _points(calibration: Calibration) -> list[Calibration]:
     """What was found, and draws from what is not known of it."""
-    random, told = np.random.default_rng(0), [one.standard_deviation is not None for one in calibration.parameters]
+    random, told = np.random.default_rng(0), [q.standard_deviation is not None for q in calibration.parameters]
     covariance = np.where(np.outer(told, told), np.array(calibration.covariance), 0.0)
     points = [calibration]
     for offsets in random.multivariate_normal(np.zeros(len(told)), covariance, POINTS, method="eigh"):
         parameters = map(_moved, calibration.parameters, offsets.tolist())
-        starts = (_moved(one, random.normal() * (one.standard_deviation or 0.0)) for one in calibration.starts)
+        starts = (_moved(q, random.normal() * (q.standard_deviation or 0.0)) for q in calibration.starts)
         points.append(replace(calibration, parameters=tuple(parameters), starts=tuple(starts)))
     return points
 

@@ -22,8 +22,8 @@ def rank(refused: str | None, deviations: Mapping[str, float | None]) -> tuple[b
 
 def mean_logarithm(deviations: Mapping[str, float | None]) -> float:
     """Mean ln of deviations, infinite where one is not told."""
-    told = [sd for sd in deviations.values() if sd]
-    return float(np.mean(np.log(told))) if told and len(told) == len(deviations) else np.inf
+    stated = [sd for sd in deviations.values() if sd]
+    return float(np.mean(np.log(stated))) if stated and len(stated) == len(deviations) else np.inf
 
 
 def free_of(columns: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -38,9 +38,9 @@ def deviations_of(precision: np.ndarray, names: Sequence[str], chosen: Sequence[
     deviations: dict[str, float | None] = dict.fromkeys(chosen)
     if told.size:
         values, vectors = np.linalg.eigh(precision[np.ix_(told, told)] / np.outer(sizes[told], sizes[told]))
-        known = values > LOST * values[-1]
-        lost = np.any(np.abs(vectors[:, ~known]) > TAKES_PART, axis=1)
-        spread = np.sqrt((vectors[:, known] ** 2) @ (1 / values[known])) / sizes[told]
+        determined = values > LOST * values[-1]
+        lost = np.any(np.abs(vectors[:, ~determined]) > TAKES_PART, axis=1)
+        spread = np.sqrt((vectors[:, determined] ** 2) @ (1 / values[determined])) / sizes[told]
         for n, sd, unseen in zip(told.tolist(), spread.tolist(), lost, strict=True):
             if names[n] in chosen and not unseen:
                 deviations[names[n]] = sd

@@ -39,10 +39,7 @@ def compare_laws(
 
     logs: as for `fit_friction`; laws: as `find_law` takes them; all of slip speed alone if None; disturbances: as for
     `fit_friction`. "auto": those that slips show without a law are estimated beside every law. Laws that the weak form
-    finds far off are left aside.
-
-    Raises:
-        StickslipError: as in `compare_problems`, or the logs cannot be fitted.
+    finds far off are left aside. StickslipError: as in `compare_problems`, or the logs cannot be fitted.
     """
     ready = logs if isinstance(logs, Pool) else pool(logs)
     sought = slip_laws() if laws is None else {find_law(name).name: find_law(name) for name in laws}
@@ -105,11 +102,8 @@ def compare_contacts(
     logs: Sequence[RigLog] | Pool, *, progress: Callable[[float], None] | None = None
 ) -> LawComparison:
     """Compare a rigid contact with bristles (LuGre) before the same law (Conti's), by the output error of whole cycles,
-    in which alone the two differ.
-
-    Raises:
-        StickslipError: the logs cannot be followed through whole cycles by both, or as in `compare_problems`.
-    """
+    in which alone the two differ. StickslipError: the logs cannot be followed through whole cycles by both, or as in
+    `compare_problems`."""
     ready = logs if isinstance(logs, Pool) else pool(logs)
     names = [motion.log.name for motion in ready.motions]
     estimates = {}

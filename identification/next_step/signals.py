@@ -152,14 +152,14 @@ class _Search:
     def experiment(self, x: np.ndarray) -> tuple[dict[str, float], dict[str, Signal]]:
         """Constants and signals at x."""
         first = len(self.inputs) * self.shape.count
-        parts = x[:first].reshape(len(self.inputs), self.shape.count)
+        amplitudes = x[:first].reshape(len(self.inputs), self.shape.count)
         signals = {
-            name: self.shape.signal(part, limits, self.forecast.duration)
-            for (name, limits), part in zip(self.inputs.items(), parts, strict=True)
+            name: self.shape.signal(knots, limits, self.forecast.duration)
+            for (name, limits), knots in zip(self.inputs.items(), amplitudes, strict=True)
         }
         settings = {
-            name: float((low + high) / 2 + (high - low) / 2 * np.sin(place))
-            for (name, (low, high)), place in zip(self.within.items(), x[first:], strict=True)
+            name: float((low + high) / 2 + (high - low) / 2 * np.sin(position))
+            for (name, (low, high)), position in zip(self.within.items(), x[first:], strict=True)
         }
         return settings, signals
 

@@ -106,15 +106,15 @@ class SimulatedLogs:
             greatest, slipping = float(np.max(np.abs(slip))), np.abs(slip) > THRESHOLD
             if slipping.all():
                 return SeenLog(nothing, greatest, "slides without sticking")
-            whole = [(int(a), int(b)) for a, b in stretches(slipping) if a > 0 and b < len(slip) and b - a > SHORTEST]
-            if not whole:
+            slips = [(int(a), int(b)) for a, b in stretches(slipping) if a > 0 and b < len(slip) and b - a > SHORTEST]
+            if not slips:
                 return SeenLog(nothing, greatest, f"no slip above {THRESHOLD:g} m/s")
-            information = sum((self._slip(motion, w, N, a, b) for a, b in whole), nothing) / len(whole)
+            information = sum((self._slip(motion, w, N, a, b) for a, b in slips), nothing) / len(slips)
         except StickslipError as error:
             return SeenLog(nothing, 0.0, str(error))
-        begins = np.array([motion.time[a] for a, _ in whole])
-        period = float(np.mean(np.diff(begins))) if len(whole) > 1 else self.span
-        lasts = float(np.mean([b - a for a, b in whole])) / RATE
+        begins = np.array([motion.time[a] for a, _ in slips])
+        period = float(np.mean(np.diff(begins))) if len(slips) > 1 else self.span
+        lasts = float(np.mean([b - a for a, b in slips])) / RATE
         angles = (float(motion.angle.min()), float(motion.angle.max()))
         return SeenLog(information, greatest, None, period, lasts, angles)
 
@@ -170,11 +170,7 @@ class SimulatedLogs:
 class Knowledge:
     """What logs tell together. shared: deviations of what all have in common, by name; by_encoder: whether an encoder
     gave these, or they are what the slips too have left; logged: those that were fitted; stated: mean ln of the
-    deviations that they left.
-
-    Raises:
-        StickslipError: the fitted model does not stick and slip in them.
-    """
+    deviations that they left. StickslipError: the fitted model does not stick and slip in them."""
 
     def __init__(self, shared: Mapping[str, float], by_encoder: bool, logged: Logs, stated: float) -> None:
         self.logged, self.shared, self.by_encoder = logged, shared, by_encoder
@@ -196,8 +192,8 @@ class Knowledge:
 
         least = 2 * (_size(information[: self.count, : self.count]) - stated)
         # what logs share leaves a part that no precision of samples lowers; where there is no more this hardly counts
-        most = least + WIDEST
-        root = most if excess(most) > 0 else brentq(excess, least - 1.0, most)
+        greatest = least + WIDEST
+        root = greatest if excess(greatest) > 0 else brentq(excess, least - 1.0, greatest)
         return float(np.exp(root))  # type: ignore[reportArgumentType]  # the stubs know of more that it returns
 
     def with_logs(self, logs: Logs = ()) -> np.ndarray:

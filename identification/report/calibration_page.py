@@ -11,11 +11,12 @@ from fmu_models.explorer.module import check
 from fmu_models.explorer.page import explored
 from fmu_models.explorer.subject import ExplorerSubject
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.report.document import bullets, drawing, paragraph, section
 from fmu_models.simulation.signal import Signal
 from identification.calibration.follow import FollowedLog, follow
 from identification.calibration.log import ModelLog
 from identification.calibration.result import Calibration
-from identification.report.calibration_figures import followed_figure
+from identification.report.calibration_figures import draw_portrait, draw_time, followed_figure
 from identification.report.calibration_summary import (
     followed_sentences,
     meaning,
@@ -24,7 +25,7 @@ from identification.report.calibration_summary import (
     verdicts,
 )
 from identification.report.citations import calibration_citations
-from identification.report.page import Findings, PageSection, bullets, counted, drawing, nested, paragraph, warned
+from identification.report.page import Findings, counted, glance, nested, warned
 
 BESIDE = (
     "Each measured variable over time and of the model (line), what is left, and the variable over its rate, both by "
@@ -65,41 +66,55 @@ class CalibrationFindings(Findings):
         return calibration_citations()
 
     def summary(self) -> list[str]:
-        """Values, what is least known, how logs are followed."""
+        """How logs are followed, what is least known."""
         found = self.calibration
         known = [parameter for parameter in found.parameters if parameter.standard_deviation is not None]
-        sentences = [f"{len(found.parameters)} values of {found.model} were found in {', '.join(found.logs)}."]
+        first, *others = followed_sentences(found, self.followed) or [""]
+        sentences = [f"{first} {counted('verdict', verdicts(found))}".strip()]
+        sentences.append(f"{len(found.parameters)} values of {found.model} were found in {', '.join(found.logs)}.")
         if known:
             worst = max(known, key=lambda one: (one.standard_deviation or 0.0) / max(abs(one.value), 1e-300))
             sd = worst.standard_deviation or 0.0
             unit = "" if worst.unit in ("", "1") else f" {worst.unit}"
-            sentences.append(f"Least well known is {worst.name}: {worst.value:.4g} +- {sd:.2g}{unit}.")
-        sentences += followed_sentences(found, self.followed)
-        return [*sentences, counted("verdict", verdicts(found))]
+            sentences.append(f"Least well known is {worst.name}: {worst.value:.4g} ± {sd:.2g}{unit}.")
+        return [*sentences, *others]
 
     def values(self) -> list[str]:
-        """Parameters and start states, what their intervals rest on, verdicts."""
+        """Verdicts; parameters and start states; the first variable of the first log."""
         found = self.calibration
-        return [values_table(found).html(), paragraph(meaning(found), "about"), *warned("Verdicts", verdicts(found))]
+        shown = [*warned("Verdicts", verdicts(found)), values_table(found).html()]
+        if not self.followed:
+            return shown
+        one = self.followed[0]
+        name = next(iter(one.modelled))
+        driven = isinstance(one.log.inputs.get(one.log.over), Signal)
+        over = f"over {one.log.over}" if driven else "and its rate"
+        panels = [
+            (lambda axes: draw_time(axes, one, name), f"{name} of {one.log.name}: measured (dots), model (line)."),
+            (
+                lambda axes: draw_portrait(axes, one, name),
+                f"{name} {over}: measured (grey, broad), model (blue, thin).",
+            ),
+        ]
+        return [*shown, glance(panels)]
 
-    def sections(self) -> list[PageSection]:
+    def sections(self) -> list[str]:
         """Logs beside the model, the model with sliders, residuals of the calibration, the model."""
         found, sections = self.calibration, []
+        if self.live:
+            sections.append(section("live", "The model, moved", [paragraph(LIVE), self.live], folded=False))
         if self.followed:
             lines = residuals_table([line for log in self.followed for line in log.residuals])
             parts = [drawing(followed_figure(self.followed), "logs", BESIDE), lines.html()]
-            sections.append(PageSection("logs", "Logs beside the model", parts))
+            sections.append(section("logs", "Logs beside the model", parts))
         if self.loops:
-            sections.append(PageSection("loops", "Sliders, cycles and laws", [nested(self.loops)]))
-        if self.live:
-            sections.append(PageSection("live", "The model, moved", [paragraph(LIVE), self.live]))
-        sections.append(
-            PageSection("residuals", "What the calibration left", [residuals_table(found.residuals).html()])
-        )
+            sections.append(section("loops", "Sliders, cycles and laws", [nested(self.loops)]))
+        rest = [residuals_table(found.residuals).html(), paragraph(meaning(found), "about")]
+        sections.append(section("residuals", "What the calibration left, and what the intervals rest on", rest))
         where = f"Declared in {found.declaration}." if found.declaration else "Declared in a program."
         held = ", ".join(f"{name} = {value:g}" for name, value in found.held.items())
         notes = [where, *([f"Held: {held}."] if held else []), *self.notes]
-        return [*sections, PageSection("model", "The model", [bullets(notes)])]
+        return [*sections, section("model", "The model", [bullets(notes)])]
 
 
 def calibration_findings(

@@ -37,7 +37,8 @@ MODEL: dict[str, Any] = {
 REST: dict[str, Any] = {"marker": "+", "markersize": 12, "color": "black", "markeredgewidth": 1.3, "linestyle": "none"}
 MEASURED_REST: dict[str, Any] = {"marker": "o", "markersize": 13, "color": MEASURED["color"], "linestyle": "none"}
 BAR: dict[str, Any] = {"facecolor": "white", "edgecolor": "black", "hatch": "////", "linewidth": 0.8}
-COLUMNS = 4
+COLUMNS = 3
+FEW = 4  # portraits in one plane that are all named
 MARKS = ("o", "s", "^")
 
 
@@ -50,7 +51,7 @@ def family_figure(family: FamilyComparison) -> Figure:
     columns = min(max(len(members), 2), COLUMNS)
     rows = -(-len(members) // columns)
     strip = 0.26 + 0.34 * len(contacts)
-    figure = Figure(figsize=(0.9 + 3.3 * columns, rows * (3.5 + strip) + 3.0), layout="constrained")
+    figure = Figure(figsize=(0.6 + 2.8 * columns, rows * (3.5 + strip) + 3.0), layout="constrained")
     heights = [*([3.0, strip] * rows), 2.6]
     grid = figure.add_gridspec(2 * rows + 1, columns, height_ratios=heights)
     first: Axes | None = None
@@ -61,7 +62,7 @@ def family_figure(family: FamilyComparison) -> Figure:
         draw_portrait(one, axes, labelled=column == 0)
         _strip(figure.add_subplot(grid[2 * row + 1, column]), one, contacts, labelled=column == 0)
     draw_diagram(family, figure.add_subplot(grid[2 * rows, :]))
-    figure.legend(handles=_key(members), loc="outside upper center", ncols=5, fontsize="small", frameon=False)
+    figure.legend(handles=_key(members), loc="outside upper center", ncols=3, fontsize="small", frameon=False)
     return figure
 
 
@@ -89,14 +90,27 @@ def _key(members: Sequence[PortraitComparison]) -> list[Any]:
     return shown
 
 
+def draw_family(family: FamilyComparison, axes: Axes) -> None:
+    """The portraits of all drive speeds in one plane, each named at its lowest point; of many the first and last."""
+    members = family.members
+    for place, one in enumerate(members):
+        _draw_motions(one, axes)
+        if isinstance(one.measured, Portrait) and (len(members) <= FEW or place in (0, len(members) - 1)):
+            lowest = int(np.argmin(one.measured.speed))
+            at = (one.measured.angle[lowest], one.measured.speed[lowest])
+            style = {"xytext": (0, -6), "ha": "center", "va": "top", "fontsize": "small"}
+            axes.annotate(one.drives, at, textcoords="offset points", **style)
+    axes.margins(y=0.12)
+    axes.set(xlabel="angle (rad)", ylabel="angular speed (rad/s)")
+    axes.grid(alpha=0.25)
+    handles = [one for one in _key(members) if "stick" not in one.get_label()]
+    style = {"fontsize": "small", "frameon": False, "loc": "lower center", "bbox_to_anchor": (0.5, 1.0)}
+    axes.legend(handles=handles, ncols=2 if len(handles) == 2 else 1, **style)
+
+
 def draw_portrait(one: PortraitComparison, axes: Axes, *, labelled: bool = True) -> None:
     """The measured cycle and the model's in the phase plane."""
-    closed = np.append(np.arange(PHASES), 0)
-    for motion, style, point in ((one.measured, MEASURED, MEASURED_REST), (one.model, MODEL, REST)):
-        if isinstance(motion, Portrait):
-            axes.plot(motion.angle[closed], motion.speed[closed], **style)
-        else:
-            axes.plot([motion.angle], [0.0], **point)
+    _draw_motions(one, axes)
     failed = [verdict.name for verdict in one.verdicts if verdict.passed is False]
     outcome = "pass" if one.passed else f"fail: {', '.join(failed)}"
     axes.set_title(f"{one.log}, {one.drives}\n{outcome}", fontsize="small")
@@ -105,6 +119,15 @@ def draw_portrait(one: PortraitComparison, axes: Axes, *, labelled: bool = True)
         axes.set_ylabel("angular speed (rad/s)", fontsize="small")
     axes.tick_params(labelsize="small")
     axes.grid(alpha=0.25)
+
+
+def _draw_motions(one: PortraitComparison, axes: Axes) -> None:
+    closed = np.append(np.arange(PHASES), 0)
+    for motion, style, point in ((one.measured, MEASURED, MEASURED_REST), (one.model, MODEL, REST)):
+        if isinstance(motion, Portrait):
+            axes.plot(motion.angle[closed], motion.speed[closed], **style)
+        else:
+            axes.plot([motion.angle], [0.0], **point)
 
 
 def _strip(axes: Axes, one: PortraitComparison, contacts: tuple[str, ...], *, labelled: bool) -> None:
@@ -123,8 +146,8 @@ def _strip(axes: Axes, one: PortraitComparison, contacts: tuple[str, ...], *, la
     axes.set_yticks(
         [place + 0.45 for place in range(len(contacts))], list(contacts) if labelled else [""] * len(contacts)
     )
-    axes.tick_params(labelsize="x-small", length=2)
-    axes.set_xlabel("stick: share of a cycle from the fall through the middle on", fontsize="x-small")
+    axes.tick_params(labelsize="small", length=2)
+    axes.set_xlabel("stick: share of a cycle", fontsize="small")
 
 
 def _bars(strip: np.ndarray) -> list[tuple[float, float]]:
@@ -159,7 +182,7 @@ def draw_diagram(family: FamilyComparison, axes: Axes) -> None:
     axes.set_ylabel("stick fraction (1)", fontsize="small")
     axes.tick_params(labelsize="small")
     axes.grid(alpha=0.25)
-    axes.legend(fontsize="x-small", frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2)
+    axes.legend(fontsize="small", frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=1)
 
 
 def _bifurcation(axes: Axes, one: BifurcationComparison) -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from identification.inference.uncertainty import LAG_RULE
+from identification.inference.whiteness import BEYOND
 from identification.report import tables
 from identification.report.friction_figure import fitted_law
 
 if TYPE_CHECKING:
     from rich.console import Group
 
+    from fmu_models.base.table import PrintedTable
     from identification.fit.result import FrictionFit
     from identification.measurement.free_decay import FreeDecay
 
@@ -21,23 +23,29 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
     from rich.text import Text
 
     shown = [tables.decay_table(decay)] if decay is not None else []
-    shown += [tables.parameter_table(fit), tables.correlation_table(fit)]
+    shown += fit_tables(fit)
+    said = [f"Disturbance {cause.sentence}" for cause in fit.causes]
+    said += [fit.words_of_law]
+    said += [fit.free.words(fitted_law(fit, fit.contacts[0]))] if fit.free else []
+    said += ["Assumed: " + "; ".join(fit.structure) + ".", *certainty(fit)]
+    warnings = [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
+    return Group(*shown, *map(Text, said), *warnings)
+
+
+def fit_tables(fit: FrictionFit, decay: FreeDecay | None = None) -> list[PrintedTable]:
+    """Of a fit, that of its parameters first."""
+    shown = [tables.parameter_table(fit), tables.correlation_table(fit)]
     shown += [tables.plain_table(fit)] if fit.causes else []
     shown += [tables.rivals_table(fit)] if len(fit.rivals) > 1 else []
     shown += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []
     shown += [tables.constants_table(fit)]
     if fit.posterior is not None:
         shown.append(tables.posterior_table(fit.posterior, {q.name: fit.interval(q.name) for q in fit.parameters}))
-    shown += tables.sensor_tables(fit)
-    said = [f"Disturbance {cause.sentence}" for cause in fit.causes]
-    said += [fit.words_of_law]
-    said += [fit.free.words(fitted_law(fit, fit.contacts[0]))] if fit.free else []
-    said += ["Assumed: " + "; ".join(fit.structure) + ".", *_certainty(fit)]
-    warnings = [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
-    return Group(*shown, *map(Text, said), *warnings)
+    shown += [tables.decay_table(decay)] if decay is not None else []
+    return [*shown, *tables.sensor_tables(fit)]
 
 
-def _certainty(fit: FrictionFit) -> list[str]:
+def certainty(fit: FrictionFit) -> list[str]:
     """What a fit says of its identifiability, of its residuals and of the contact in stick."""
     said = [f"Deviations: {LAG_RULE}."] if fit.covariance == "hac" else []
     if fit.collinearity:
@@ -48,8 +56,8 @@ def _certainty(fit: FrictionFit) -> list[str]:
         names = f"coloured in {' and '.join(coloured)} (the deviations allow for it)" if coloured else "white"
         beyond, tried = len(fit.whiteness.beyond), len(fit.whiteness.speeds)
         said.append(
-            f"Residuals: {names} (Ljung-Box, 1 %); beyond 3 standard errors in {beyond} of {tried} ranges of slip "
-            "speed."
+            f"Residuals: {names} (Ljung-Box, 1 %); beyond {BEYOND:g} standard errors in {beyond} of {tried} "
+            "ranges of slip speed."
         )
     if fit.presliding and not fit.presliding.elastic:
         reach = fit.presliding.compliance + 2 * fit.presliding.deviation

@@ -30,6 +30,7 @@ RIVALS = (":", "-.", (0, (6, 2)), (0, (1, 3)))  # lines of laws that were judged
 SHOWN = 400  # marks per log: more hide each other
 RUG = 5  # of samples, one is marked on the axis of slip speeds
 WIDE = 100  # letters of a line of the title
+WHOLE = "free of any law, 95 % band of the whole form"
 
 
 def friction_figure(fit: FrictionFit, samples: Mapping[str, FrictionSamples]) -> Figure:
@@ -110,20 +111,28 @@ def _draw_disc(above: Axes, below: Axes, fit: FrictionFit, contact: str, samples
 
 
 def _draw_free(above: Axes, below: Axes, free: FreeFriction, law: Callable[[np.ndarray], np.ndarray]) -> None:
-    """The curve that is free of any law, with the bands in which all of its form lies and each of its values, where
-    slips were seen, and from rest where releases of sticks tell it."""
+    """The curve that is free of any law, with the bands in which all of its form lies and each of its values."""
+    for axes, less in ((above, np.zeros_like), (below, law)):
+        _draw_band(axes, free, less)
+        speed, curve, deviation = _told(free)
+        ends = (curve - less(speed) - 1.96 * deviation, curve - less(speed) + 1.96 * deviation)
+        style = {"facecolor": "#c06090", "edgecolor": "#a04070", "alpha": 0.5, "linewidth": 0.8}
+        axes.fill_between(speed, *ends, label="the same, of one speed", zorder=3, **style)
+        axes.plot(speed, curve - less(speed), color="#a04070", linestyle="--", linewidth=1.0, zorder=4)
+
+
+def _draw_band(axes: Axes, free: FreeFriction, less: Callable[[np.ndarray], np.ndarray], label: str = WHOLE) -> None:
+    """The band in which all of the form of the curve lies that is free of any law, less a law."""
+    speed, curve, deviation = _told(free)
+    middle, reach = curve - less(speed), free.simultaneous * deviation
+    style = {"facecolor": "#f0a0c0", "edgecolor": "#a04070", "alpha": 0.5, "hatch": "////", "linewidth": 0.8}
+    axes.fill_between(speed, middle - reach, middle + reach, label=label, zorder=3, **style)
+
+
+def _told(free: FreeFriction) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Speed, coefficient and deviation where slips were seen, and from rest where releases of sticks tell it."""
     told = free.speed >= (0.0 if free.releases else free.least)
-    speed, curve, deviation = free.speed[told], free.coefficient[told], free.form_deviation[told]
-    bands = {
-        "free of any law, 95 % band of the whole form": (free.simultaneous, "#f0a0c0", "////"),
-        "the same, of one speed": (1.96, "#c06090", None),
-    }
-    for axes, off in ((above, np.zeros(len(speed))), (below, law(speed))):
-        for label, (reach, colour, hatch) in bands.items():
-            ends = (curve - off - reach * deviation, curve - off + reach * deviation)
-            style = {"facecolor": colour, "edgecolor": "#a04070", "alpha": 0.5, "hatch": hatch, "linewidth": 0.8}
-            axes.fill_between(speed, *ends, label=label, zorder=3, **style)
-        axes.plot(speed, curve - off, color="#a04070", linestyle="--", linewidth=1.0, zorder=4)
+    return free.speed[told], free.coefficient[told], free.form_deviation[told]
 
 
 def _draw_releases(above: Axes, breakaway: Breakaway) -> None:
@@ -149,9 +158,12 @@ def _values_in_words(fit: FrictionFit, contact: str) -> str:
 
 
 def draw_fit(fit: FrictionFit, axes: Axes) -> None:
-    """The fitted law of each disc over slip speed, and the means that the estimator used, with 95 % intervals."""
+    """The fitted law of each disc over slip speed, the band of the curve that is free of any law, and the means that
+    the estimator used, with 95 % intervals."""
     reach = 1.05 * max((speed_bin.slip for speed_bin in fit.bins), default=1.0)
     speed = np.linspace(min(0.0, 1.05 * min((speed_bin.slip for speed_bin in fit.bins), default=0.0)), reach, 300)
+    if fit.free:
+        _draw_band(axes, fit.free, np.zeros_like, "free of any law, 95 %")
     for number, contact in enumerate(fit.contacts):
         colour = COLOURS[number]
         means = [speed_bin for speed_bin in fit.bins if speed_bin.contact == contact]

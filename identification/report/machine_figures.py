@@ -70,20 +70,22 @@ def machine_fit_figure(
             *above.get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize="small", frameon=False
         )
     if beside:
-        places = [figure.add_subplot(grid[2 * place : 2 * place + 2, 1]) for place in range(count)]
-        _draw_friction(places, mechanism, fit, seen)
+        for place in range(count):
+            draw_friction(mechanism, fit, seen, place, figure.add_subplot(grid[2 * place : 2 * place + 2, 1]))
     names = [name for name, _ in groupby(piece.log for piece in pieces)]
     logs = ", ".join(names) if len(names) <= NAMED else f"{len(names)} logs"
     figure.suptitle(f"{fit.title}, by {fit.method}: {logs}")
     return figure
 
 
-def draw_effort(fit: MachineFit, axes: Axes) -> None:
-    """Effort in time of the joint that is predicted worst, measured and of the model."""
+def draw_effort(fit: MachineFit, axes: Axes, pieces: Sequence[Predicted] = ()) -> None:
+    """Effort in time of the joint that is predicted worst, measured and of the model. pieces: of logs; those that the
+    fit has kept if there are none."""
     place = max(range(len(fit.joints)), key=lambda joint: fit.joints[joint].seen.relative_error)
-    pieces = fitted_efforts(fit)
+    pieces = pieces or fitted_efforts(fit)
     _draw_both(axes, pieces, place)
     axes.set(xlabel=_time(pieces), ylabel=f"effort of {fit.joints[place].joint} ({fit.joints[place].unit})")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize="small", frameon=False)
 
 
 def _draw_both(axes: Axes, pieces: Sequence[Predicted], place: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -102,19 +104,17 @@ def _time(parts: Sequence[object]) -> str:
     return "time, logs one after another (s)" if len(parts) > 1 else "time (s)"
 
 
-def _draw_friction(places: Sequence[Axes], mechanism: Mechanism, fit: MachineFit, seen: Sequence[Predicted]) -> None:
-    """Friction of each joint against its speed: effort less what is modelled but friction, and the model."""
+def draw_friction(mechanism: Mechanism, fit: MachineFit, seen: Sequence[Predicted], place: int, axes: Axes) -> None:
+    """Friction of a joint against its speed: effort less what is modelled but friction, and the model."""
     speed = np.concatenate([piece.velocity for piece in seen])
     friction = np.concatenate([piece.measured - piece.modelled + piece.friction for piece in seen])
     line = np.linspace(speed.min(axis=0), speed.max(axis=0), 801)
     curve = friction_curves(mechanism, fit, line)
-    every = max(len(speed) // MARKS, 1)
-    named = zip(places, fit.joints, mechanism.coordinates, strict=True)
-    for place, (axes, score, q) in enumerate(named):
-        axes.plot(speed[::every, place], friction[::every, place], ".", color=BLUE, markersize=2, alpha=0.5)
-        axes.plot(line[:, place], curve[:, place], color="black", linewidth=1.6)
-        axes.set(xlabel=f"{q.v.name} ({q.v.unit})", ylabel=f"friction: effort less the rest ({score.unit})")
-        axes.grid(alpha=0.25)
+    every, v = max(len(speed) // MARKS, 1), mechanism.coordinates[place].v
+    axes.plot(speed[::every, place], friction[::every, place], ".", color=BLUE, markersize=2, alpha=0.5)
+    axes.plot(line[:, place], curve[:, place], color="black", linewidth=1.6)
+    axes.set(xlabel=f"{v.name} ({v.unit})", ylabel=f"friction: effort less the rest ({fit.joints[place].unit})")
+    axes.grid(alpha=0.25)
 
 
 def machine_runs_figure(fit: MachineFit, runs: Sequence[MachineRun]) -> Figure:

@@ -6,15 +6,16 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.mechanism import Mechanism
+from fmu_models.report.document import bullets, drawing, paragraph, section
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
 from identification.machines.predicted import Predicted, predict_efforts
 from identification.model_check.machine_runs import MachineRun, machine_runs
 from identification.report.citations import machine_citations
 from identification.report.law_table import LEGEND
-from identification.report.machine_figures import machine_fit_figure, machine_runs_figure
+from identification.report.machine_figures import draw_effort, draw_friction, machine_fit_figure, machine_runs_figure
 from identification.report.machine_tables import laws_tables, meaning, parameters_table, runs_table, scores_table
-from identification.report.page import Findings, PageSection, bullets, counted, drawing, paragraph, warned
+from identification.report.page import Findings, counted, glance, warned
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +51,11 @@ class MachineFindings(Findings):
         many = ", ".join(fit.logs) if len(fit.logs) == 1 else f"{len(fit.logs)} logs"
         off = max(fit.joints, key=lambda one: one.seen.relative_error)
         said = [
+            f"Efforts are predicted to {100 * off.seen.relative_error:.1f} % or better (worst '{off.joint}'). "
+            f"{counted('verdict', fit.verdicts)}",
             f"{len(fit.parameters)} base parameters of {fit.title} were found by {fit.method} in {many}.",
-            f"Least well known is {worst.combination}: {worst.value:.4g} +- {worst.standard_deviation:.2g} "
+            f"Least well known is {worst.combination}: {worst.value:.4g} ± {worst.standard_deviation:.2g} "
             f"{worst.unit}.",
-            f"Efforts are predicted to {100 * off.seen.relative_error:.1f} % or better (worst '{off.joint}').",
         ]
         every = [(one.relative, one.joint, run.log) for run in self.runs for one in run.joints if one.relative]
         if every:
@@ -62,28 +64,40 @@ class MachineFindings(Findings):
                 f"Run from the measured state, it stays within {100 * share:.1f} % of the motion over "
                 f"{self.runs[0].window:g} s (root mean square; worst '{joint}' in {log})."
             )
-        return [*said, counted("verdict", fit.verdicts)]
+        return said
 
     def values(self) -> list[str]:
-        """Parameters, what they rest on, verdicts."""
+        """Verdicts; parameters; effort and friction of the joint that is predicted worst."""
         fit = self.fit
-        return [parameters_table(fit).html(), paragraph(meaning(fit), "about"), *warned("Verdicts", fit.verdicts)]
+        table = parameters_table(fit).taking("value", "sd", "unit", "meaning").html()
+        place = fit.joints.index(max(fit.joints, key=lambda joint: joint.seen.relative_error))
+        joint = f"'{fit.joints[place].joint}', the joint that is predicted worst"
+        panels = [
+            (lambda axes: draw_effort(fit, axes, self.seen), f"Effort of {joint}: measured (line), model (dashed)."),
+            (
+                lambda axes: draw_friction(self.mechanism, fit, self.seen, place, axes),
+                f"Friction of {joint}: effort less the rest (dots), model (line).",
+            ),
+        ]
+        return [*warned("Verdicts", fit.verdicts), table, *([glance(panels)] if self.seen else [])]
 
-    def sections(self) -> list[PageSection]:
-        """Efforts, friction laws, runs beside the logs, the machine."""
+    def sections(self) -> list[str]:
+        """Efforts, friction laws, runs beside the logs, the machine, its parameters whole."""
         fit, runs = self.fit, self.runs
         efforts = "Effort of each joint, measured and by the fit, and what is left; shaded: logs that were not fitted."
         figure = machine_fit_figure(self.mechanism, fit, self.seen, self.others)
         parts = [drawing(figure, "efforts", efforts), scores_table(fit).html()]
-        sections = [PageSection("efforts", "Efforts, measured and modelled", parts)]
+        sections = [section("efforts", "Efforts, measured and modelled", parts)]
         if laws := laws_tables(fit):
             parts = [*(law.html() for law in laws), paragraph(LEGEND, "about")]
-            sections.append(PageSection("laws", "Friction laws", parts))
+            sections.append(section("laws", "Friction laws", parts))
         if runs:
             beside = "Position of each joint, measured and as the engine moves the machine by the measured efforts."
             parts = [drawing(machine_runs_figure(fit, runs), "runs", beside), runs_table(runs).html()]
-            sections.append(PageSection("runs", "The machine beside its logs", parts))
-        return [*sections, PageSection("machine", "The machine", [bullets([*_sentences(fit), *self.notes])])]
+            sections.append(section("runs", "The machine beside its logs", parts))
+        sections.append(section("machine", "The machine", [bullets([*_sentences(fit), *self.notes])]))
+        whole = [parameters_table(fit).html(), paragraph(meaning(fit), "about")]
+        return [*sections, section("tables", "Parameters, and what they rest on", whole)]
 
 
 def machine_findings(

@@ -1,4 +1,7 @@
-"""One page of findings: self-contained HTML, figures as SVG in it, and the data as JSON at its end."""
+"""One page of findings: self-contained HTML, figures as SVG in it, and the data as JSON at its end.
+
+What a reader looks for comes first: the verdict, the values, a picture or two; the rest is folded.
+"""
 
 from __future__ import annotations
 
@@ -6,32 +9,23 @@ import datetime
 import json
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.files import write_whole
 from fmu_models.base.shown import Shown
+from fmu_models.base.table import scrolling
 from fmu_models.base.version import version
-from fmu_models.report.inline_svg import inline_svg
+from fmu_models.report.document import bullets, document, drawing, paragraph, section
 from identification.report.tables import shown
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
-TEMPLATE = "page.html.j2"
-
-
-@dataclass(frozen=True)
-class PageSection:
-    """Of a page. name: its id; parts: HTML of what follows its heading; folded: until a reader opens or prints it."""
-
-    name: str
-    heading: str
-    parts: Sequence[str]
-    folded: bool = False
+GLANCE = (3.7, 3.4)  # inches of a figure that a telephone shows whole
+LETTERS = 12.0  # points
 
 
 class Findings(Shown, ABC):
@@ -51,15 +45,15 @@ class Findings(Shown, ABC):
 
     @abstractmethod
     def summary(self) -> list[str]:
-        """What was found and how far it can be trusted, in sentences."""
+        """What was found and how far it can be trusted, in sentences, the verdict first."""
 
     @abstractmethod
     def values(self) -> list[str]:
-        """HTML of the values and what speaks against them, below the summary."""
+        """HTML of what speaks against it, the values and pictures, between the verdict and the other sentences."""
 
     @abstractmethod
-    def sections(self) -> list[PageSection]:
-        """Between the summary and what to cite."""
+    def sections(self) -> list[str]:
+        """HTML between the summary and what to cite."""
 
     @abstractmethod
     def citations(self) -> list[str]:
@@ -80,43 +74,37 @@ def write_report(findings: Findings, path: str | os.PathLike[str], *, overwrite:
 
 def page(findings: Findings) -> str:
     """The page as text."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("identification.report"),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    summary = PageSection("summary", "Summary", [bullets(findings.summary()), *findings.values()])
-    return environment.get_template(TEMPLATE).render(
-        title=findings.title(),
-        about=findings.about(),
-        sections=[summary, *findings.sections()],
-        citations=findings.citations(),
-        version=version(),
-        date=datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        # "</" would end the element that holds it
-        data=json.dumps(findings.to_dict(), ensure_ascii=False).replace("</", "<\\/"),
+    date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC")
+    verdict, *sentences = findings.summary()
+    first = [paragraph(verdict, "verdict"), *findings.values(), bullets(sentences)]
+    # "</" would end the element that holds it
+    data = json.dumps(findings.to_dict(), ensure_ascii=False).replace("</", "<\\/")
+    return document(
+        findings.title(),
+        f"{findings.about()}; stickslip {version()}, {date}",
+        [*first, *findings.sections(), section("cite", "How to cite", [bullets(findings.citations())])],
+        tail=f'<script type="application/json" id="data">{data}</script>\n',
     )
 
 
-def drawing(figure: Figure, prefix: str, caption: str) -> str:
-    """A figure for a page. prefix: of its ids there."""
-    return f"<figure>{inline_svg(figure, prefix, caption)}<figcaption>{escape(caption)}</figcaption></figure>"
+def glance(panels: Sequence[tuple[Callable[[Axes], None], str]]) -> str:
+    """Small figures side by side, or below one another where there is no room. panels: what draws in given axes, and a
+    caption."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
 
-
-def bullets(sentences: Sequence[str], kind: str = "") -> str:
-    """A list of sentences. kind: "warning" or ""."""
-    mark = f' class="{kind}"' if kind else ""
-    items = "\n".join(f"<li{mark}>{escape(sentence)}</li>" for sentence in sentences)
-    return f"<ul>\n{items}\n</ul>" if sentences else ""
+    figures = []
+    for place, (draw, caption) in enumerate(panels):
+        with rc_context({"font.size": LETTERS}):
+            figure = Figure(figsize=GLANCE, layout="constrained")
+            draw(figure.add_subplot())
+            figures.append(drawing(figure, f"glance{place}", caption))
+    return f'<div class="glance">{"".join(figures)}</div>'
 
 
 def warned(heading: str, sentences: Sequence[str]) -> list[str]:
     """Warnings below a heading of their own; nothing where there are none."""
-    return [f"<h3>{escape(heading)}</h3>", bullets(sentences, "warning")] if sentences else []
+    return [f"<h2>{escape(heading)}</h2>", bullets(sentences, "warning")] if sentences else []
 
 
 def counted(kind: str, sentences: Sequence[str]) -> str:
@@ -125,12 +113,6 @@ def counted(kind: str, sentences: Sequence[str]) -> str:
     against = " against it" if kind == "verdict" else ""
     few = {0: f"There are no {kind}s{against}.", 1: f"There is one {kind} (below)."}
     return few.get(count, f"{count} {kind}s (below).")
-
-
-def paragraph(text: str, kind: str = "") -> str:
-    """Of text. kind: "about" for what explains a table, or ""."""
-    mark = f' class="{kind}"' if kind else ""
-    return f"<p{mark}>{escape(text)}</p>"
 
 
 def nested(value: object) -> str:
@@ -146,7 +128,7 @@ def nested(value: object) -> str:
         heads = "".join(f'<th scope="col">{escape(key.replace("_", " "))}</th>' for key in value[0])
         rows = ("<tr>" + "".join(f"<td>{escape(shown(item))}</td>" for item in row.values()) + "</tr>" for row in value)
         body = "".join(rows)
-        return f'<div class="wide"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>{body}</tbody></table></div>'
+        return scrolling(f"<table>\n<thead><tr>{heads}</tr></thead>\n<tbody>{body}</tbody></table>", "table")
     if isinstance(value, list | tuple) and value and isinstance(value[0], str):
         return bullets(value)
     return escape(shown(value))

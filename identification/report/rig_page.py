@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from fmu_models.base.table import PrintedTable
+from fmu_models.report.document import bullets, drawing, paragraph, section
 from identification.estimators.savitzky_golay import FrictionSamples
 from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation
@@ -15,13 +16,21 @@ from identification.model_check.table import bifurcation_sentences, metrics_tabl
 from identification.next_step.design import Design
 from identification.report import tables
 from identification.report.citations import citations
-from identification.report.page import Findings, PageSection, bullets, counted, drawing, nested, paragraph, warned
+from identification.report.family_figure import draw_family
+from identification.report.fit_summary import certainty, fit_tables
+from identification.report.friction_figure import draw_fit, fitted_law, friction_figure
+from identification.report.page import Findings, counted, glance, warned
 from rig_io.logs.log import RigLog
 
-INTERVALS = (
-    "95 %: what noise and rig constants leave open together{least}. Noise: what sensors and the scatter from slip to "
-    "slip leave open ({covariance}). Rig constants: what J, k, c, N, R and r, known only so well, pass on. Efficiency: "
-    "variance of the Cramér-Rao bound over the stated one."
+PARTS = (
+    "Noise: what sensors and the scatter from slip to slip leave open ({covariance}). Rig constants: what J, k, c, N, "
+    "R and r, known only so well, pass on.{law}{bound}"
+)
+LAW = " Law: by how much the values move from one law to another that the logs cannot tell apart."
+BOUND = " Efficiency: variance of the Cramér-Rao bound over the stated one."
+FAMILY = (
+    "Measured (broad, grey) and modelled (dashed, rings) phase portraits by drive speed, below each when each disc "
+    "sticks; at the bottom the share of stick over the drive speed with the bifurcations."
 )
 LIVE = (
     "The fitted model runs here beside the measurement. Sliders move it within the 95 % intervals of the fit; other "
@@ -65,30 +74,32 @@ class RigFindings(Findings):
         return citations(self.fit)
 
     def summary(self) -> list[str]:
-        """The fit, what is least known, how the model does beside its logs."""
+        """How the model does beside its logs, what is least known, what disturbs."""
         fit = self.fit
-        said = [
-            f"The {fit.law} law was fitted to {fit.segments} slips in {len(fit.logs)} logs by the estimator "
-            f"'{fit.estimator}'" + ("." if fit.converged else f", which did not converge ({fit.message}).")
+        agreed = [
+            f"at {sum(member.passed for member in family.members)} of {len(family.members)} drive speeds with "
+            f"{' and '.join(family.members[0].drive_speeds)} in contact"
+            for family in self.families
         ]
+        judged = f"The model agrees with the measured motion {', '.join(agreed)}. " if agreed else ""
+        ended = "" if fit.converged else f"The fit did not converge ({fit.message}). "
+        said = [f"{ended}{judged}{counted('warning', fit.warnings)}"]
+        said.append(
+            f"The {fit.law} law was fitted to {fit.segments} slips in {len(fit.logs)} logs by the estimator "
+            f"'{fit.estimator}'."
+        )
         worst = max(fit.parameters, key=lambda q: q.total_deviation / max(abs(q.value), 1e-300))
         parts = (worst.total_deviation, worst.standard_deviation, worst.scale_deviation, worst.law_deviation or 0.0)
         total, noise, scale, law = (100 * part / max(abs(worst.value), 1e-300) for part in parts)
-        by_law = f", {law:.2g} % from the choice of the law" if worst.law_deviation is not None else ""
+        by_law = f", {_digits(law)} % from the choice of the law" if worst.law_deviation is not None else ""
         said.append(
-            f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{total:.2g} % ({noise:.2g} % from "
-            f"noise, {scale:.2g} % from the rig's constants{by_law}; one standard deviation)."
+            f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{_digits(total)} % "
+            f"({_digits(noise)} % from noise, {_digits(scale)} % from the rig's constants{by_law}; "
+            "one standard deviation)."
         )
         said.append(fit.words_of_law)
         said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
-        said += [f"Breakaway: {fit.breakaway.words}."] if fit.breakaway else []
         for family in self.families:
-            passed = sum(member.passed for member in family.members)
-            discs = " and ".join(family.members[0].drive_speeds)
-            said.append(
-                f"With {discs} in contact the model agrees with the measured motion at {passed} of "
-                f"{len(family.members)} drive speeds (levels below)."
-            )
             said += bifurcation_sentences(family)[: len(family.bifurcations)]
         if fit.whiteness is not None:
             wrong = [*fit.whiteness.beyond, *fit.whiteness.repeated]
@@ -97,54 +108,68 @@ class RigFindings(Findings):
                 if wrong
                 else "The residuals show no trend over the slip speed and no course that repeats from slip to slip."
             )
-        return [*said, counted("warning", fit.warnings)]
+        return said
 
     def values(self) -> list[str]:
-        """Parameters, what their intervals hold, warnings."""
+        """Warnings; parameters; portraits and the law at a glance."""
         fit = self.fit
-        least = "; at least, for nobody says how well a constant is known"
-        meaning = INTERVALS.format(
-            least="" if all(constant.stated for constant in fit.constants) else least, covariance=fit.covariance
-        )
-        table = tables.parameter_table(fit).html()
-        return [table, paragraph(meaning, "about"), *warned("Warnings", fit.warnings)]
+        table = tables.parameter_table(fit).taking("value", "95 %", "unit", "meaning").html()
+        parts = "noise, rig constants and the choice of the law" if fit.rivals else "noise and rig constants"
+        least = "" if all(one.stated for one in fit.constants) else "; at least, for a constant lacks its uncertainty"
+        portraits = [
+            (partial(draw_family, family), "Phase portraits by drive speed: measured broad and grey, the model dashed.")
+            for family in self.families
+        ]
+        band = ", beside the 95 % band of the curve that is free of any law" if fit.free else ""
+        means = "; marks: means that the estimator used, with 95 % intervals" if _has_means(fit) else ""
+        law = (partial(draw_fit, fit), f"Friction law (line){band}{means}.")
+        held = paragraph(f"95 %: what {parts} leave open together{least}.", "about")
+        return [*warned("Warnings", fit.warnings), table, held, glance([*portraits, law])]
 
-    def sections(self) -> list[PageSection]:
+    def sections(self) -> list[str]:
         fit = self.fit
-        sections = _friction_sections(self)
-        sections += [_family_section(place, family) for place, family in enumerate(self.families)]
-        if self.live:
-            sections.append(PageSection("live", "The model, moved", [paragraph(LIVE), self.live]))
-        sections += _residual_sections(self)
-        sections.append(PageSection("assumptions", "Assumptions", [bullets(fit.structure)]))
+        live = [section("live", "The model, moved", [paragraph(LIVE), self.live], folded=False)] if self.live else []
+        sections = [*live, *(_family_section(place, family) for place, family in enumerate(self.families))]
+        sections += [*_friction_sections(self), *_residual_sections(self)]
+        sections.append(section("assumptions", "Assumptions", [bullets(fit.structure)]))
         if self.design is not None:
             parts = [paragraph(self.design.advice), tables.design_table(self.design).html()]
-            sections.append(PageSection("next", "Next experiment", parts))
-        if other := tables.other_fields(fit):
-            parts = [f"<h3>{name.replace('_', ' ').capitalize()}</h3>\n{nested(item)}" for name, item in other.items()]
-            sections.append(PageSection("more", "Identifiability and further results", parts, folded=True))
+            sections.append(section("next", "Next experiment", parts))
+        declared = [f"The law is declared in {fit.declaration}."] if fit.declaration else []
+        if certain := [*certainty(fit), *declared]:
+            sections.append(section("more", "What can be told apart, and contact in stick", [bullets(certain)]))
+        bounded = fit.parameters[0].bound is not None
+        meaning = PARTS.format(covariance=fit.covariance, law=LAW if fit.rivals else "", bound=BOUND if bounded else "")
+        first, *others = (one.html() for one in (*fit_tables(fit, self.decay), tables.logs_table(fit, self.logs)))
         notes = [paragraph(note) for note in self.notes]
-        parts = [*(one.html() for one in _tables(self)), *notes]
-        return [*sections, PageSection("tables", "Tables", parts, folded=True)]
+        return [*sections, section("tables", "Tables", [first, paragraph(meaning, "about"), *others, *notes])]
 
 
-def _friction_sections(findings: RigFindings) -> list[PageSection]:
+def _digits(value: float) -> str:
+    """Two of them, and no power of ten."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
+def _has_means(fit: FrictionFit) -> bool:
+    return any(one.standard_error is not None for one in fit.bins)
+
+
+def _friction_sections(findings: RigFindings) -> list[str]:
     if findings.samples is None:
         return []
-    from identification.report.friction_figure import fitted_law, friction_figure
-
+    fit = findings.fit
+    free = ", and the curve that is free of any law (hatched band)" if fit.free else ""
+    means = ", with the means that the estimator used" if _has_means(fit) else ""
     caption = (
         "Friction coefficient against slip speed: local values from the measured motion (marks by log), the fitted law "
-        "(line), and the curve that is free of any law (hatched band); below, what is left, with the means that the "
-        "estimator used."
+        f"(line){free}; below, what is left{means}."
     )
-    fit = findings.fit
     parts = [drawing(friction_figure(fit, findings.samples), "friction", caption)]
     parts += [paragraph(fit.free.words(fitted_law(fit, fit.contacts[0])))] if fit.free else []
-    return [PageSection("law", "Friction law", parts)]
+    return [section("law", "Friction law", parts)]
 
 
-def _residual_sections(findings: RigFindings) -> list[PageSection]:
+def _residual_sections(findings: RigFindings) -> list[str]:
     fit = findings.fit
     if fit.whiteness is None:
         return []
@@ -157,34 +182,19 @@ def _residual_sections(findings: RigFindings) -> list[PageSection]:
         f"correlation of neighbours {tables.shown(fit.autocorrelation)}."
     )
     figure = residual_figure(fit, findings.evaluation)
-    parts = [drawing(figure, "residuals", caption), paragraph(power)]
-    return [PageSection("residuals", "Residuals", parts, folded=True)]
+    white = tables.whiteness_table(fit)
+    parts = [drawing(figure, "residuals", caption), paragraph(power), *([white.html()] if white else [])]
+    return [section("residuals", "Residuals", parts)]
 
 
-def _family_section(place: int, family: FamilyComparison) -> PageSection:
+def _family_section(place: int, family: FamilyComparison) -> str:
     from identification.report.family_figure import family_figure
 
-    caption = (
-        "Measured (broad, grey) and modelled (dashed, rings) phase portraits by drive speed, below each when each disc "
-        "sticks; at the bottom the share of stick over the drive speed with the bifurcations."
-    )
     parts = [
-        drawing(family_figure(family), f"family{place}", caption),
+        drawing(family_figure(family), f"family{place}", FAMILY),
         bullets([*bifurcation_sentences(family), *family.notes]),
         metrics_table(family).html(),
         sequence_table(family).html(),
         paragraph(MEANING, "about"),
     ]
-    return PageSection(f"family{place}", "Model against measurement", parts)
-
-
-def _tables(findings: RigFindings) -> list[PrintedTable]:
-    fit = findings.fit
-    found = [tables.correlation_table(fit), tables.constants_table(fit)]
-    found += [tables.plain_table(fit)] if fit.causes else []
-    found += [tables.rivals_table(fit)] if len(fit.rivals) > 1 else []
-    found += [tables.nuisance_table(fit.nuisance)] if fit.nuisance else []
-    white = tables.whiteness_table(fit)
-    found += [white] if white is not None else []
-    found += [tables.decay_table(findings.decay)] if findings.decay is not None else []
-    return [*found, *tables.sensor_tables(fit), tables.logs_table(fit, findings.logs)]
+    return section(f"family{place}", "Model against measurement", parts)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -16,17 +15,6 @@ from rig_io.logs.log import RigLog
 from rig_io.packages.sidecar import file_hash
 
 SHOWN = 12  # experiments
-
-# fields of a fit that have a place of their own in the report; what else it holds is shown as it is
-PLACED = frozenset(
-    {
-        *("type", "version", "estimator", "law", "structure", "contacts", "materials", "parameters", "correlation"),
-        *("constants", "logs", "bins", "sensors", "segments", "values", "rms_residual", "autocorrelation"),
-        *("converged", "message", "warnings", "residual_unit", "nuisance", "covariance", "whiteness", "intervals"),
-        *("causes", "plain", "constants_correlation", "contradictions", "rivals"),
-        *("posterior", "free"),
-    }
-)
 
 
 def parameter_table(fit: FrictionFit) -> PrintedTable:
@@ -240,13 +228,6 @@ def plan_table(design: Design) -> PrintedTable:
     rows.append(["repeated", "", "", *(sd(design.plan.repeated[name]) for name in names), "logs as before"])
     columns = ("after", PrintedColumn("drive", "rad/s"), PrintedColumn("load", "N"), *(f"sd {name}" for name in names))
     return table(f"Plan of {len(design.plan.logs)} logs of {design.duration:g} s", (*columns, "start"), rows)
-
-
-def other_fields(fit: FrictionFit) -> dict[str, Any]:
-    """What a fit holds beyond the fields that have a place of their own; empty ones are left out."""
-    return {
-        name: value for name, value in fit.to_dict().items() if name not in PLACED and value not in (None, (), [], {})
-    }
 
 
 def shown(value: object) -> str:

@@ -89,11 +89,11 @@ class SeriesInvariants(Pictured):
     @property
     def methods(self) -> dict[str, dict[str, float]]:
         """Exponents and their standard deviations by method, per unit of time."""
-        found = [("local maps", self.tangent), *((one.method, one) for one in self.divergences)]
+        estimates = [("local maps", self.tangent), *((estimate.method, estimate) for estimate in self.divergences)]
         return {
-            name: {"value": one.value / self.series.step, "error": one.error / self.series.step}
-            for name, one in found
-            if one is not None
+            name: {"value": estimate.value / self.series.step, "error": estimate.error / self.series.step}
+            for name, estimate in estimates
+            if estimate is not None
         }
 
     def _heading(self) -> str:
@@ -135,9 +135,9 @@ def series_invariants(
         series = found[0]
     advance = progress or (lambda _: None)
     x = (series.values - series.values.mean()) / series.values.std()
-    rest = _rest_of(x, noise_level(x))
+    remainder = _rest_of(x, noise_level(x))
     # what rests has no cycle, and its offset would pass for a slow one
-    cycle = cycle_of(x[: rest if rest and rest > FEWEST else None])
+    cycle = cycle_of(x[: remainder if remainder and remainder > FEWEST else None])
     if (dimension or 2) * (delay or 1) > len(x) // 10 or min(delay or 1, dimension or 2) < 1:
         raise StickslipError(
             f"{series.name}: a delay of {delay} in {dimension} dimensions does not fit {len(x)} samples."
@@ -170,7 +170,7 @@ def regular_lines(x: np.ndarray, noise: float) -> Lines:
 def _regular(series: Series, lines: Lines, about: dict[str, Any]) -> SeriesInvariants:
     """Of a series that one frequency or two explain."""
     rest = f"what is left, {100 * lines.left:.2g} % of the rms, is noise ({100 * about['reconstruction'].noise:.2g} %)"
-    frequencies, errors = (tuple(one / series.step for one in many) for many in (lines.frequencies, lines.errors))
+    frequencies, errors = (tuple(value / series.step for value in many) for many in (lines.frequencies, lines.errors))
     if len(frequencies) == 1:
         period, error = 1 / frequencies[0], errors[0] / frequencies[0] ** 2
         many = f", {lines.multiple} cycles" if lines.multiple > 1 else ""
@@ -179,8 +179,8 @@ def _regular(series: Series, lines: Lines, about: dict[str, Any]) -> SeriesInvar
         said = {"verdict": "periodic", "sentence": sentence, "why": f"One frequency explains it: {rest}."}
         return SeriesInvariants(lines=lines, period=period, period_error=error, **said, **about)
     ratio = frequencies[1] / frequencies[0]
-    both = " and ".join(f"{frequency:.6g}" for frequency in frequencies)
-    sentence = f"quasiperiodic (frequencies {both} per {series.unit}, ratio {ratio:.6g})"
+    pair = " and ".join(f"{frequency:.6g}" for frequency in frequencies)
+    sentence = f"quasiperiodic (frequencies {pair} per {series.unit}, ratio {ratio:.6g})"
     why = f"Two frequencies explain it and no period of {LONGEST} cycles does: {rest}."
     about = {**about, "frequencies": frequencies, "frequency_errors": errors, "rotation": ratio}
     return SeriesInvariants(verdict="quasiperiodic", sentence=sentence, why=why, lines=lines, **about)
@@ -212,8 +212,8 @@ def _irregular(
     end = _end_of_transient(x, cycle, state.noise)
     before = x[: end or None]
     if end is not None and len(before) < max(CYCLES * cycle, FEWEST // 2):
-        rest = regular_lines(x[end:], state.noise)
-        found = _regular(series, rest, about) if rest.explains else None
+        lines_after = regular_lines(x[end:], state.noise)
+        found = _regular(series, lines_after, about) if lines_after.explains else None
         if found is not None:
             why = f"{found.why} Before {end * series.step:.4g} {series.unit} it settles."
             return replace(found, why=why, end=end * series.step)
@@ -256,9 +256,9 @@ def _too_short(needed: int, sentence: str, why: str, lines: Lines, about: dict[s
 
 def _end_of_transient(x: np.ndarray, cycle: int, noise: float) -> int | None:
     """Sample from which a series is regular, or rests, to its end; None where it is not."""
-    rest = _rest_of(x, noise)
-    if rest is not None:
-        return rest
+    remainder = _rest_of(x, noise)
+    if remainder is not None:
+        return remainder
     for cut in TAILS:
         first = int(cut * len(x))
         tail = x[first:]
@@ -296,11 +296,11 @@ def _first_regular(x: np.ndarray, first: int, lines: Lines, noise: float, cycle:
 def _with_the_rest(found: SeriesInvariants, x: np.ndarray, cycle: int, seed: int) -> SeriesInvariants:
     """With the invariants that the verdict does not rest on."""
     state = found.reconstruction
-    part = x[: int(found.end / found.series.step)] if found.end and found.verdict == "transient chaos" else x
+    transient = x[: int(found.end / found.series.step)] if found.end and found.verdict == "transient chaos" else x
     if cycle > 4:
-        points = windowed(part, max((state.dimension - 1) * state.delay + 1, 2), max(state.dimension, 3))
+        points = windowed(transient, max((state.dimension - 1) * state.delay + 1, 2), max(state.dimension, 3))
     else:
-        points = delayed(part, state.delay, state.dimension)
+        points = delayed(transient, state.delay, state.dimension)
     # few samples a cycle do not show the noise; what local maps miss by bounds it
     missed = found.tangent.foretold / 2 if found.tangent else state.noise
     noise = min(missed, state.noise) if cycle <= 4 else state.noise
@@ -309,7 +309,7 @@ def _with_the_rest(found: SeriesInvariants, x: np.ndarray, cycle: int, seed: int
         found,
         divergences=divergences(points, cycle, noise, seed),
         dimension=correlation_dimension(points, 2 * cycle, noise, seed),
-        zero_one=zero_one_test(part, cycle, seed=seed),
-        surrogates=found.surrogates or surrogate_test(part, cycle, 4 * state.delay, seed),
+        zero_one=zero_one_test(transient, cycle, seed=seed),
+        surrogates=found.surrogates or surrogate_test(transient, cycle, 4 * state.delay, seed),
         recurrence=recurrence(points, every, cycle),
     )

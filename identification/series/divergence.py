@@ -54,31 +54,31 @@ def divergences(points: np.ndarray, cycle: int, noise: float, seed: int = 0) -> 
     references = np.unique(np.linspace(0, count - 1, min(REFERENCES, count)).astype(int))
     tree = KDTree(points[:count])
     least = BEYOND * noise * np.sqrt(2 * points.shape[1])
-    asked = min(NEIGHBOURS + 2 * cycle + 2, count)
-    distance, others = tree.query(points[references], k=asked)
+    queried = min(NEIGHBOURS + 2 * cycle + 2, count)
+    distance, others = tree.query(points[references], k=queried)
     # where the nearest are nearer than noise, those that follow are taken
     if least > np.median(distance[:, -1]):
-        distance, others = tree.query(points[references], k=min(4 * asked, count))
+        distance, others = tree.query(points[references], k=min(4 * queried, count))
     good = (np.abs(others - references[:, None]) > cycle) & (distance > np.minimum(least, distance[:, -5:-4]))
     order = np.argsort(~good, axis=1, kind="stable")[:, :NEIGHBOURS]
     others, good = (np.take_along_axis(table, order, 1) for table in (others, good))
     lags = np.unique(np.linspace(0, horizon, HORIZON * min(CYCLE_STEPS, cycle) + 1).astype(int))
-    apart = np.empty((len(lags), *others.shape))
-    for place, lag in enumerate(lags):
-        apart[place] = np.linalg.norm(points[others + lag] - points[references + lag][:, None], axis=2)
-    apart = np.maximum(apart, 1e-300)
-    alone = np.log(apart[:, :, 0])
-    ball = np.log((apart * good).sum(2) / np.maximum(good.sum(1), 1))
+    separations = np.empty((len(lags), *others.shape))
+    for index, lag in enumerate(lags):
+        separations[index] = np.linalg.norm(points[others + lag] - points[references + lag][:, None], axis=2)
+    separations = np.maximum(separations, 1e-300)
+    alone = np.log(separations[:, :, 0])
+    ball = np.log((separations * good).sum(2) / np.maximum(good.sum(1), 1))
     has = good.any(1)
     curves = (("Rosenstein", alone[:, has]), ("Kantz", ball[:, has]))
-    found = [_of_curve(name, lags, logs, cycle, random) for name, logs in curves]
-    return (*found, _wolf(points[: count + cycle], cycle, least, tree, random))
+    exponents = [_of_curve(name, lags, logs, cycle, random) for name, logs in curves]
+    return (*exponents, _wolf(points[: count + cycle], cycle, least, tree, random))
 
 
 def resampled(values: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """Means (`RESAMPLES`, ...) of values (n, ...) along a series, blocks of which are drawn again and again."""
-    parts = np.array([part.mean(0) for part in np.array_split(values, min(BLOCKS, len(values)))])
-    return parts[random.integers(0, len(parts), (RESAMPLES, len(parts)))].mean(1)
+    blocks = np.array([block.mean(0) for block in np.array_split(values, min(BLOCKS, len(values)))])
+    return blocks[random.integers(0, len(blocks), (RESAMPLES, len(blocks)))].mean(1)
 
 
 def _of_curve(method: str, lags: np.ndarray, logs: np.ndarray, cycle: int, random: np.random.Generator) -> Divergence:
@@ -109,24 +109,24 @@ def _wolf(points, cycle: int, least: float, tree, random: np.random.Generator) -
     step = max(cycle // 2, 1)
     size = float(np.sqrt(points.var(0).sum()))
     farthest = max(2 * least, LONG * size)
-    other, direction, grown = -1, None, []
+    neighbour, direction, grown = -1, None, []
     for at in range(0, tree.n - step, step):
-        offset = points[other] - points[at] if 0 <= other < tree.n - step else np.zeros(0)
+        offset = points[neighbour] - points[at] if 0 <= neighbour < tree.n - step else np.zeros(0)
         if not (len(offset) and least / 2 < np.linalg.norm(offset) < farthest):
             distance, others = tree.query(points[at], k=min(CANDIDATES + 2 * cycle, tree.n))
-            near = (np.abs(others - at) > cycle) & (distance > max(least, 1e-9 * size)) & (others < tree.n - step)
-            if not near.any():
+            allowed = (np.abs(others - at) > cycle) & (distance > max(least, 1e-9 * size)) & (others < tree.n - step)
+            if not allowed.any():
                 continue
-            places = np.flatnonzero(near)[:CANDIDATES]
+            places = np.flatnonzero(allowed)[:CANDIDATES]
             if direction is not None:
                 offsets = points[others[places]] - points[at]
                 turned = np.arccos(np.clip(np.abs(offsets @ direction) / distance[places], 0, 1))
                 narrow = np.flatnonzero(turned < NARROW)
                 places = places[narrow[:1]] if len(narrow) else places[[int(np.argmin(turned))]]
-            other = int(others[places[0]])
-            offset = points[other] - points[at]
-        other += step
-        difference = points[other] - points[at + step]
+            neighbour = int(others[places[0]])
+            offset = points[neighbour] - points[at]
+        neighbour += step
+        difference = points[neighbour] - points[at + step]
         length = float(np.linalg.norm(difference))
         if length > 0:
             grown.append(np.log(length / np.linalg.norm(offset)) / step)

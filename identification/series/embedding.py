@@ -49,13 +49,13 @@ def reconstruct(x: np.ndarray, cycle: int, delay: int | None = None, dimension: 
 def mutual_information(x: np.ndarray, longest: int) -> np.ndarray:
     """In nats, over delays of 1 to ``longest`` samples."""
     rank = np.argsort(np.argsort(x, kind="stable"), kind="stable") * BINS // len(x)
-    found = np.empty(min(longest, len(x) // 4))
-    for lag in range(1, len(found) + 1):
+    bits = np.empty(min(longest, len(x) // 4))
+    for lag in range(1, len(bits) + 1):
         joint = np.bincount(rank[:-lag] * BINS + rank[lag:], minlength=BINS**2).reshape(BINS, BINS) / (len(x) - lag)
-        apart = np.outer(joint.sum(1), joint.sum(0))
+        independent = np.outer(joint.sum(1), joint.sum(0))
         seen = joint > 0
-        found[lag - 1] = np.sum(joint[seen] * np.log(joint[seen] / apart[seen]))
-    return found
+        bits[lag - 1] = np.sum(joint[seen] * np.log(joint[seen] / independent[seen]))
+    return bits
 
 
 def noise_level(x: np.ndarray) -> float:
@@ -82,9 +82,9 @@ def false_neighbours(x: np.ndarray, delay: int, noise: float, apart: int) -> np.
         index = np.asarray(index)
         allowed = np.abs(seen[index] - seen[:, None]) > apart
         rows = np.flatnonzero(allowed.any(1))
-        place = np.argmax(allowed[rows], 1)
-        gap = np.abs(points[seen[rows], -1] - points[seen[index[rows, place]], -1])
-        near = distance[rows, place]
+        first = np.argmax(allowed[rows], 1)
+        gap = np.abs(points[seen[rows], -1] - points[seen[index[rows, first]], -1])
+        near = distance[rows, first]
         false = gap > np.maximum(FALSE * np.maximum(near, 1e-12), 6 * noise)
         shares.append(float(false.mean()) if len(rows) else 1.0)
     return np.array(shares)

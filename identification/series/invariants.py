@@ -49,9 +49,9 @@ def correlation_dimension(points: np.ndarray, apart: int, noise: float, seed: in
     for at in references:
         distance = np.linalg.norm(points[library] - points[at], axis=1)
         rows.append(np.sort(distance[np.abs(library - at) > apart]))
-    some = np.concatenate([row[:: max(len(row) // 200, 1)] for row in rows])
+    sample = np.concatenate([row[:: max(len(row) // 200, 1)] for row in rows])
     low = max(4 * noise * np.sqrt(points.shape[1]), float(np.quantile(np.concatenate([r[:2] for r in rows]), 0.7)))
-    radii = np.geomspace(min(low, 0.5 * np.median(some)), float(np.median(some)), RADII)
+    radii = np.geomspace(min(low, 0.5 * np.median(sample)), float(np.median(sample)), RADII)
     counts = np.array([np.searchsorted(row, radii) / max(len(row), 1) for row in rows])
     slopes = np.gradient(np.log(np.maximum(counts.mean(0), 1e-12)), np.log(radii))
     span = max(int(DECADE * np.log(10) / np.log(radii[1] / radii[0])), 4)
@@ -74,15 +74,15 @@ def zero_one_test(x: np.ndarray, every: int, *, damped: bool = True, seed: int =
     values = values - values.mean()  # an offset oscillates in what follows, and is no motion
     lags = np.arange(1, len(values) // 10 + 1)
     steps = np.arange(1, len(values) + 1)
-    found = []
+    correlations = []
     for angle in np.random.default_rng(seed).uniform(np.pi / 5, 4 * np.pi / 5, ANGLES):
-        way = np.cumsum(values * np.exp(1j * angle * steps))
+        path = np.cumsum(values * np.exp(1j * angle * steps))
         count = len(values) - lags[-1]
-        spread = np.array([np.mean(np.abs(way[lag : lag + count] - way[:count]) ** 2) for lag in lags])
+        spread = np.array([np.mean(np.abs(path[lag : lag + count] - path[:count]) ** 2) for lag in lags])
         if damped:
             spread += DAMPED * values.var() * np.sin(np.sqrt(2) * lags)
-        found.append(np.corrcoef(lags, spread)[0, 1])
-    low, middle, high = np.quantile(found, (0.25, 0.5, 0.75))
+        correlations.append(np.corrcoef(lags, spread)[0, 1])
+    low, middle, high = np.quantile(correlations, (0.25, 0.5, 0.75))
     return float(middle), float(high - low) / 2
 
 
@@ -103,11 +103,11 @@ def surrogate_test(x: np.ndarray, cycle: int, window: int, seed: int = 0) -> tup
     every = max(cycle // 10, 1)
     values, ahead = x[::every][-PREDICTED:], max(cycle // (2 * every), 1)
     short = max(window // every, 2)
-    own = _prediction_error(values, short, ahead, max(cycle // every, 1))
+    own_error = _prediction_error(values, short, ahead, max(cycle // every, 1))
     others = [
         _prediction_error(surrogate(values, random), short, ahead, max(cycle // every, 1)) for _ in range(SURROGATES)
     ]
-    return float(np.mean([own >= other for other in others])), own / float(np.mean(others))
+    return float(np.mean([own_error >= error for error in others])), own_error / float(np.mean(others))
 
 
 def _prediction_error(x: np.ndarray, window: int, ahead: int, apart: int) -> float:
@@ -176,10 +176,10 @@ def level_crossings(x: np.ndarray, level: float | None = None, dead_band: float 
     side = np.where(y > dead_band, 1, np.where(y < -dead_band, -1, 0))
     sure = np.flatnonzero(side)
     ups = np.flatnonzero((side[sure[:-1]] < 0) & (side[sure[1:]] > 0))
-    found = []
+    crossings = []
     for before, after in zip(sure[ups], sure[ups + 1], strict=True):
-        part = y[before : after + 1]
-        rises = np.flatnonzero((part[:-1] <= 0) & (part[1:] > 0))
+        between = y[before : after + 1]
+        rises = np.flatnonzero((between[:-1] <= 0) & (between[1:] > 0))
         at = int(rises[len(rises) // 2])
-        found.append(before + at - part[at] / (part[at + 1] - part[at]))
-    return np.array(found)
+        crossings.append(before + at - between[at] / (between[at + 1] - between[at]))
+    return np.array(crossings)

@@ -52,12 +52,9 @@ def read_series(
     rate: float | None = None,
     reader: str | None = None,
 ) -> list[Series]:
-    """Series from a log of any kind. columns: a series each, by default all but the time; time: the column of the
-    times (s, or what the file states), where its name does not tell; rate: samples a second of a log without times.
-
-    Raises:
-        StickslipError: a file or column that cannot be read, gaps, or too few samples.
-    """
+    """Series from a log of any kind. columns: a series each, by default all but the time; time: the column of the times
+    (s, or what the file states), where its name does not tell; rate: samples a second of a log without times.
+    StickslipError: a file or column that cannot be read, gaps, or too few samples."""
     table = read_table(path, reader)
     for column in columns:
         refuse_unknown(column, table.columns, f"{table.source} has no column '{column}'.")
@@ -65,8 +62,8 @@ def read_series(
     by_role = columns_by_role(table, {"time": time} if time else {}, TIME if not rate else {}, (), {})
     clock = by_role.get("time")
     clock = clock if clock in others else None
-    wanted = list(columns) or [name for name in table.columns if name != clock]
-    return [_series(table, name, clock, rate) for name in wanted]
+    chosen = list(columns) or [name for name in table.columns if name != clock]
+    return [_series(table, name, clock, rate) for name in chosen]
 
 
 def _series(table: Table, column: str, clock: str | None, rate: float | None) -> Series:

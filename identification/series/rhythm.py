@@ -105,8 +105,8 @@ def two_frequencies(x: np.ndarray, noise: float) -> Lines:
         folded = _fitted(thinned, np.arange(1, HARMONICS + 1)[:, None], np.array([first]), noise, 1)
         if folded.explains:
             return replace(folded, frequencies=(*folded.frequencies, 1.0), errors=(*folded.errors, 0.0))
-    left = thinned - _design(thinned, _multiples(first, 1), np.array([first]))[1]
-    second = strongest(left)[0]
+    residual = thinned - _design(thinned, _multiples(first, 1), np.array([first]))[1]
+    second = strongest(residual)[0]
     grid = [(k, m) for k in range(ORDERS[0] + 1) for m in range(-ORDERS[1], ORDERS[1] + 1) if (k, m) > (0, 0)]
     # the strongest lines may be multiples of what generates them all
     best = None
@@ -127,7 +127,7 @@ def _thinned(x: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def _scaled(lines: Lines, every: int) -> Lines:
-    frequencies, errors = (tuple(one / every for one in many) for many in (lines.frequencies, lines.errors))
+    frequencies, errors = (tuple(value / every for value in many) for many in (lines.frequencies, lines.errors))
     return replace(lines, frequencies=frequencies, errors=errors)
 
 
@@ -146,21 +146,21 @@ def _fitted(x: np.ndarray, terms: np.ndarray, frequencies: np.ndarray, noise: fl
     """Gauss and Newton over the frequencies; steps longer than the resolution of the series are cut."""
     resolution = 1 / len(x)
     errors = np.full(len(frequencies), resolution)
-    left = np.inf
+    residual = np.inf
     limit = np.hypot(LEFT * noise, ALWAYS)
     for turn in range(4):
         columns, fitted, slopes = _design(x, terms, frequencies)
-        whole = np.column_stack([columns, slopes])
-        step = _least_squares(whole, x - fitted)[-len(frequencies) :]
-        free = max(len(x) - whole.shape[1], 1)
-        left = float(np.sqrt(np.sum((x - fitted) ** 2) / free))
+        design = np.column_stack([columns, slopes])
+        step = _least_squares(design, x - fitted)[-len(frequencies) :]
+        free = max(len(x) - design.shape[1], 1)
+        residual = float(np.sqrt(np.sum((x - fitted) ** 2) / free))
         # what the columns explain of the slopes is no knowledge of the frequencies
         bare = slopes - columns @ _least_squares(columns, slopes)
-        errors = left * np.sqrt(np.diag(np.linalg.pinv(bare.T @ bare)))
-        if np.all(np.abs(step) < 1e-3 * errors) or (turn and left > FAR * limit):
+        errors = residual * np.sqrt(np.diag(np.linalg.pinv(bare.T @ bare)))
+        if np.all(np.abs(step) < 1e-3 * errors) or (turn and residual > FAR * limit):
             break
         frequencies = np.abs(frequencies + np.clip(step, -resolution, resolution))
-    return Lines(tuple(map(float, frequencies)), tuple(map(float, errors)), left, multiple, bool(left <= limit))
+    return Lines(tuple(map(float, frequencies)), tuple(map(float, errors)), residual, multiple, bool(residual <= limit))
 
 
 def _least_squares(columns: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -62,7 +62,7 @@ def tangent_exponent(x: np.ndarray, cycle: int, windows: Sequence[int], noise: f
         # over half a cycle noise counts twice, and over a whole one folds do: their difference is an error of either
         kept += _choices(x, cycle, cycle // 2, windows, noise)
     values = np.array([choice.rates.mean() for choice in kept])
-    batches = np.array([part.mean() for part in np.array_split(kept[0].rates, BATCHES)])
+    batches = np.array([batch.mean() for batch in np.array_split(kept[0].rates, BATCHES)])
     spread = values.std(ddof=1) if len(values) > 1 else 0.0
     # where noise hides the neighbourhoods the maps say little, and nobody knows how little
     unknown = np.mean([choice.lost for choice in kept]) * np.abs(values.mean())
@@ -73,13 +73,13 @@ def tangent_exponent(x: np.ndarray, cycle: int, windows: Sequence[int], noise: f
 
 def _choices(x: np.ndarray, cycle: int, step: int, windows: Sequence[int], noise: float) -> list[_Choice]:
     """Those that foretell best by maps over ``step`` samples."""
-    found = []
+    choices = []
     for window in sorted({max(window, 2) for window in windows}):
         for dimension in (4, 6) if window >= 6 else (window,):
             jacobians, error, lost = _local_maps(windowed(x, window, dimension), x, window, step, cycle, noise)
-            found.append(_Choice(error, window, dimension, growth(jacobians)[SETTLE:] / step, lost))
-    best = min(choice.foretold for choice in found)
-    return [choice for choice in found if choice.foretold <= EQUAL * best]
+            choices.append(_Choice(error, window, dimension, growth(jacobians)[SETTLE:] / step, lost))
+    best = min(choice.foretold for choice in choices)
+    return [choice for choice in choices if choice.foretold <= EQUAL * best]
 
 
 def growth(jacobians: np.ndarray) -> np.ndarray:
@@ -106,12 +106,12 @@ def _local_maps(
     references = np.arange(0, count - step, step)[:REFERENCES]
     library = np.arange(0, count, max(count // LIBRARY, max(apart // 8, 1)))
     stride = int(library[1])
-    asked = min(COUNTS[-1] + 2 * (apart // stride) + 2, len(library))
-    _, index = KDTree(points[library]).query(points[references], k=asked)
+    queried = min(COUNTS[-1] + 2 * (apart // stride) + 2, len(library))
+    _, index = KDTree(points[library]).query(points[references], k=queried)
     neighbours = library[index]
     near_in_time = np.abs(neighbours - references[:, None]) <= apart
     neighbours = np.take_along_axis(neighbours, np.argsort(near_in_time, axis=1, kind="stable"), 1)
-    fewest = int(asked - near_in_time.sum(1).max())
+    fewest = int(queried - near_in_time.sum(1).max())
     dimension = points.shape[1]
     jacobians = np.zeros((len(references), dimension, dimension))
     errors, todo, lost = np.zeros(len(references)), np.arange(len(references)), 0
@@ -129,7 +129,7 @@ def _local_maps(
         distance = np.linalg.norm(near, axis=2)
         weights = (1 - (distance / (1.0001 * distance.max(1, keepdims=True) + 1e-300)) ** 3) ** 2
         weights /= weights.sum(1, keepdims=True)
-        middle, end = (np.einsum("nk,nkd->nd", weights, part) for part in (near, ends))
+        middle, end = (np.einsum("nk,nkd->nd", weights, vectors) for vectors in (near, ends))
         near, ends = near - middle[:, None], ends - end[:, None]
         scatter = np.einsum("nk,nki,nkj->nij", weights, near, near)
         variances, axes = np.linalg.eigh(scatter)

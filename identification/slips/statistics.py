@@ -124,14 +124,10 @@ def slip_statistics(
     reader: Reference | None = None,
     repair: Collection[str] = (),
 ) -> tuple[SlipStatistics, SlipEvents]:
-    """Slip events of a log and what they amount to. settings: SI values of `SETTINGS`, in place of
-    the recipe's. definition: of a slip event, "large" or "every", see `events`. reader, repair: as in
-    `rig_io.read_log`.
-
-    Raises:
-        StickslipError: unknown setting or definition, the log cannot be read or does not fit the recipe, a constant is
-            missing or not above zero, or there are hardly any slip events or periods.
-    """
+    """Slip events of a log and what they amount to. settings: SI values of `SETTINGS`, in place of the recipe's.
+    definition: of a slip event, "large" or "every", see `events`. reader, repair: as in `rig_io.read_log`.
+    StickslipError: unknown setting or definition, the log cannot be read or does not fit the recipe, a constant is
+    missing or not above zero, or there are hardly any slip events or periods."""
     if "slips" not in recipe.document.data or FRICTION not in recipe.signals:
         raise StickslipError(
             f"Recipe {recipe.name} needs [slips] and [signals.{FRICTION}] for slip statistics; without them it is one "

@@ -4,6 +4,7 @@
     forms.py     a command's options as fields of a form, and back to its arguments; what may come next
     steps.py     commands as they run: their output, files and end
     questions.py the questions on logs as a form, and its answers as a file
+    places.py    places in a picture: the point next to a click, and the form that begins there
     server.py    pages over HTTP; who may ask for them
     web/         templates, style
 

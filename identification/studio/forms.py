@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any
 
 from fmu_models.base.errors import StickslipError
@@ -13,7 +14,13 @@ Values = Mapping[str, Sequence[str]]  # by field
 # what the studio does itself
 UNASKED = ("help", "json")
 # files that a command writes when it is told where, as a form proposes them
-PROPOSED = {"result": "{command}.json", "figure": "{command}.svg", "interactive": "{command}.html"}
+PROPOSED = {
+    "result": "{command}.json",
+    "figure": "{command}.svg",
+    **({"interactive": "{command}.html"} if find_spec("plotly") else {}),
+}
+# of a family of motions: points of its picture, from which the next command may begin
+TABLE = "{command}.csv"
 # commands that go on where one ends; fields of the same name go with them, and those of another name by RENAMED
 NEXT = {
     "describe": ("fit", "laws"),
@@ -22,15 +29,24 @@ NEXT = {
     "inspect": ("simulate", "couple"),
     "simulate": ("explore", "diagram"),
     "explore": ("simulate", "diagram", "export"),
-    "show": ("simulate", "explore", "diagram", "export"),
-    "diagram": ("basins", "branch", "lyapunov"),
-    "basins": ("branch", "lyapunov"),
-    "branch": ("diagram", "basins"),
+    "show": ("explore", "simulate", "diagram", "export"),
+    "diagram": ("basins", "branch", "simulate", "lyapunov"),
+    "basins": ("branch", "simulate", "lyapunov"),
+    "branch": ("basins", "diagram", "simulate"),
+    "chart": ("basins", "branch", "simulate"),
+    "apply": ("explore", "simulate", "inspect"),
     "calibrate": ("report", "apply"),
     "inverse": ("report", "apply"),
 }
 RENAMED = {"files": "logs", "result": "fitted"}
-OF_A_RUN = ("figure", "interactive", "output", "overwrite", "path", "resume", "workers")  # which the next one has anew
+# which the next one has anew
+OF_A_RUN = ("figure", "interactive", "output", "over", "overwrite", "path", "resume", "workers")
+# what a form shows at once, beside what is needed; what is written stands under "Files", the rest under "More options"
+FIRST = (
+    *("over", "forcing", "period", "settings", "start", "until", "inputs", "of", "law", "laws", "estimator", "speeds"),
+    *("material", "free", "source", "columns", "units", "fmi"),
+)
+WRITTEN = ("result", "figure", "interactive", "output", "corner", "page", "path", "plot", "overwrite")
 
 
 @dataclass(frozen=True)
@@ -53,9 +69,20 @@ class Field:
 
 
 def fields(command: Any) -> list[Field]:
-    """Fields of a command of typer, those that must be filled in first."""
+    """Fields of a command of typer: those that must be filled in, those that most want to say, the others."""
     found = [_field(parameter) for parameter in command.params if parameter.name not in UNASKED]
-    return sorted(found, key=lambda field: not field.required)
+    places = {name: place for place, name in enumerate(FIRST)}
+    return sorted(found, key=lambda field: (not field.required, places.get(field.name, len(FIRST))))
+
+
+def groups(found: Sequence[Field], values: Values) -> dict[str, list[Field]]:
+    """Fields by the heading that they stand under, "" for those that are always seen; none that is empty."""
+    parts: dict[str, list[Field]] = {"": [], "Files": [], "More options": []}
+    for field in found:
+        said = any(values.get(field.name, ())) and values[field.name] != [field.default]
+        seen = field.required or field.name in FIRST or (said and field.name not in WRITTEN)
+        parts["" if seen else "Files" if field.name in WRITTEN else "More options"].append(field)
+    return {heading: part for heading, part in parts.items() if part}
 
 
 def _field(parameter: Any) -> Field:
@@ -77,6 +104,8 @@ def proposals(command: str, found: Sequence[Field]) -> dict[str, list[str]]:
     for name, file in PROPOSED.items():
         if name in names and next(field.kind for field in found if field.name == name) == "text":
             values[name] = [file.format(command=command)]
+    if "forcing" in names:
+        values["output"] = [TABLE.format(command=command)]
     if "overwrite" in names:
         values["overwrite"] = ["True"]
     return values
@@ -84,8 +113,12 @@ def proposals(command: str, found: Sequence[Field]) -> dict[str, list[str]]:
 
 def carried(values: Values, found: Sequence[Field]) -> dict[str, list[str]]:
     """What goes over from the form of the command before."""
-    names = {field.name for field in found}
-    over = {name: list(value) for name, value in values.items() if name in names and name not in OF_A_RUN}
+    names = {field.name: field.kind for field in found}
+    over = {
+        name: list(value)
+        for name, value in values.items()
+        if name in names and name not in OF_A_RUN and any(value) and (value == ["True"] or names[name] != "flag")
+    }
     for name, other in RENAMED.items():
         if other in names and values.get(name):
             over[other] = list(values[name])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,10 +41,30 @@ class Asked:
         return KINDS
 
 
-def drafted(study: Path, folder: str) -> Draft:
-    """The logs of a folder in a study, with what was answered before. StickslipError: as ``draft``."""
-    file = study / folder / ANSWERS
-    return draft([study / folder], from_file(file) if file.exists() else Answers())
+class Drafts:
+    """Logs as they were read last, until a file of their folder changes."""
+
+    def __init__(self) -> None:
+        self._last: tuple[object, Draft] | None = None
+
+    def of(self, study: Path, folder: str) -> Draft:
+        """The logs of a folder in a study, with what was answered before. StickslipError: as ``draft``."""
+        marks = _marks(study / folder)
+        if self._last is None or self._last[0] != marks:
+            file = study / folder / ANSWERS
+            self._last = marks, draft([study / folder], from_file(file) if file.exists() else Answers())
+        return self._last[1]
+
+    def answered(self, study: Path, folder: str, made: Draft, answers: Answers) -> Draft:
+        """The same logs with other answers, which are kept beside them."""
+        keep(answers, study / folder)
+        self._last = _marks(study / folder), replace(made, answers=answers)
+        return self._last[1]
+
+
+def _marks(folder: Path) -> list[tuple[Path, int, int]]:
+    """Marks by which a change of a folder is known."""
+    return [(path, stat.st_mtime_ns, stat.st_size) for path in sorted(folder.iterdir()) if (stat := path.stat())]
 
 
 def asked(made: Draft, folder: str, faults: tuple[str, ...] = ()) -> Asked:

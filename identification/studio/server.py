@@ -1,8 +1,9 @@
 """Pages of the studio over HTTP, on this machine alone.
 
 Who may ask: whoever opened the address with its token, which becomes a cookie that no other site's page sends; for the
-host that is this machine by name or number; with a form's own token where something is to be done. Files are those of
-the study's folder. What a command wrote runs in a frame without this page's rights.
+host that is this machine by name or number; from no page but these, other ports of this machine included; with a
+form's own token where something is to be done. Files are those of the study's folder, and no links that lead out of it.
+What a command wrote runs in a frame without this page's rights.
 """
 
 from __future__ import annotations
@@ -24,16 +25,22 @@ import tornado.web
 
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.version import version
+from fmu_models.oscillators import MODELS
 from identification.studio import forms, questions
-from identification.studio.steps import Steps, files_of
+from identification.studio.places import AT, begun_at, place_of
+from identification.studio.steps import ROOM, Steps, files_of
 from identification.studio.study import NO_STEPS, STUDY, line
 
 LOOPBACK = "127.0.0.1"
 COOKIE = "stickslip_studio"
-LARGEST = 1 << 30  # bytes of what is dropped at once
-LOGS = "logs"  # folder that logs are put in
+LARGEST = 1 << 28  # bytes of what is dropped at once, which are held in memory
+LOGS = "logs"  # what is dropped, and the folder that it is put in
 PICTURES = (".svg", ".png")
-POLICY = "default-src 'self'; img-src 'self' data:; frame-src 'self'; form-action 'self'; frame-ancestors 'self'"
+POLICY = (
+    "default-src 'self'; img-src 'self' data:; base-uri 'none'; object-src 'none'; form-action 'self'; "
+    "frame-ancestors 'none'"
+)
+OWN = ("same-origin", "none")  # who asks, as browsers say: a page of this server, or a person
 # of pages and pictures that commands wrote: their scripts run, with no right to ask this server for anything
 APART = "sandbox allow-scripts allow-downloads; frame-ancestors 'self'"
 FIRST = ("explore", "show", "simulate", "diagram", "inspect", "export")
@@ -45,6 +52,8 @@ class Desk:
     def __init__(self, folder: Path, commands: Mapping[str, str], command: Callable[[str], Any]) -> None:
         """commands: what each does, by name; command: that of a name, as typer makes it."""
         self.folder = folder.resolve()
+        self.inside(ROOM)
+        self.drafts = questions.Drafts()
         self.steps = Steps(self.folder)
         self.commands = {name: text for name, text in commands.items() if name not in NO_STEPS}
         self.command = command
@@ -61,10 +70,20 @@ class Desk:
 
     def place(self, name: str) -> Path:
         """A file of the study. StickslipError: outside of it, hidden, or not there."""
-        path = (self.folder / name).resolve()
-        inside = path.is_relative_to(self.folder)
-        if not inside or not path.is_file() or any(part.startswith(".") for part in PurePosixPath(name).parts):
+        path = self.inside(name)
+        if not path.is_file() or any(part.startswith(".") for part in PurePosixPath(name).parts):
             raise StickslipError(f"There is no file '{name}' in this study.")
+        return path
+
+    def inside(self, name: str) -> Path:
+        """A path in the study, links followed. StickslipError: it leads out of it, or cannot be one."""
+        try:
+            path = (self.folder / name).resolve()
+            path.exists()
+        except (OSError, ValueError) as error:
+            raise StickslipError(f"No file can be called '{name[:40]}'.") from error
+        if not path.is_relative_to(self.folder):
+            raise StickslipError(f"'{name}' lies outside of this study.")
         return path
 
 
@@ -80,12 +99,17 @@ class Page(tornado.web.RequestHandler):
         host = self.request.host.rpartition(":")[0] or self.request.host
         if host not in (LOOPBACK, "localhost"):
             raise tornado.web.HTTPError(403, reason="Other hosts have nothing here")
+        own = f"{self.request.protocol}://{self.request.host}"
+        if self.request.headers.get("Origin", own) != own:
+            raise tornado.web.HTTPError(403, reason="Pages of others have nothing here")
         if self.request.path == "/" and (token := self.get_query_argument("token", "")):
             if not hmac.compare_digest(token.encode(), self.desk.token.encode()):
                 raise tornado.web.HTTPError(403, reason="The token is another")
             self.set_cookie(COOKIE, token, httponly=True, samesite="Strict")
             self.redirect("/")
             return
+        if self.request.headers.get("Sec-Fetch-Site", "none") not in OWN:
+            raise tornado.web.HTTPError(403, reason="Pages of others have nothing here")
         if not hmac.compare_digest(self.get_cookie(COOKIE, "").encode(), self.desk.token.encode()):  # type: ignore[union-attr]
             raise tornado.web.HTTPError(403, reason="Open the address that the terminal shows")
 
@@ -93,7 +117,8 @@ class Page(tornado.web.RequestHandler):
         """Of tornado."""
         self.set_header("Content-Security-Policy", POLICY)
         self.set_header("X-Content-Type-Options", "nosniff")
-        self.set_header("Referrer-Policy", "no-referrer")
+        self.set_header("Referrer-Policy", "same-origin")
+        self.set_header("Cross-Origin-Resource-Policy", "same-origin")
         self.set_header("Cache-Control", "no-store")
 
     def show(self, template: str, **values: Any) -> None:
@@ -103,6 +128,9 @@ class Page(tornado.web.RequestHandler):
 
     def write_error(self, status_code: int, **details: Any) -> None:
         """A page for what went wrong; of what a user did, the sentence."""
+        if status_code == 403:  # nothing of the study
+            self.finish(f"{self._reason}.")
+            return
         error = details.get("exc_info", (None, None, None))[1]
         if isinstance(error, StickslipError):
             self.set_status(404)
@@ -126,32 +154,45 @@ class Index(Page):
     def get(self) -> None:
         """Show it."""
         steps = self.desk.steps.all()
-        self.show("index.html", steps=steps, files=files_of(self.desk.folder), first=FIRST, commands=self.desk.commands)
+        parts = {"files": files_of(self.desk.folder), "commands": self.desk.commands, "models": MODELS.names()}
+        self.show("index.html", steps=steps, first=FIRST, largest=LARGEST, **parts)
 
 
 class Upload(Page):
     """Files that are dropped: logs into their folder, others beside them."""
 
-    def post(self) -> None:
-        """Keep them, and go on with what they are."""
+    async def post(self) -> None:
+        """Keep them, and go on with what they are. Logs that cannot be read are not kept: all others would wait."""
         files = self.request.files.get("files", [])
         if not files:
             raise StickslipError("No file was chosen.")
         are_logs = self.get_body_argument("what", "") == LOGS
-        folder = self.desk.folder / LOGS if are_logs else self.desk.folder
-        folder.mkdir(exist_ok=True)
-        names = []
-        for file in files:
-            name = PurePosixPath(file.filename.replace("\\", "/")).name
-            if not name or name.startswith(".") or name == STUDY:
-                raise StickslipError(f"A file cannot be called '{file.filename}'. Give it another name.")
-            (folder / name).write_bytes(file.body)
-            names.append(name)
+        folder = _plain(self.get_body_argument("folder", LOGS)) if are_logs else ""
+        bodies = {self.desk.inside(f"{folder}/{_plain(file.filename)}".lstrip("/")): file.body for file in files}
+        new = [path for path in bodies if not path.exists()]
+        for path, body in bodies.items():
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(body)
         if are_logs:
-            self.redirect(f"/describe?{urlencode({'folder': LOGS})}")
+            try:
+                await asyncio.to_thread(self.desk.drafts.of, self.desk.folder, folder)
+            except StickslipError as error:
+                for path in new:
+                    path.unlink()
+                raise StickslipError(f"{error} What was dropped is not kept; drop logs that can be read.") from error
+            self.redirect(f"/describe?{urlencode({'folder': folder})}")
             return
-        command = "inspect" if names[0].endswith((".fmu", ".ssp", ".ssd")) else "show"
-        self.redirect(f"/give/{command}?{urlencode({'first': names[0]})}")
+        name = next(iter(bodies)).name
+        command = "inspect" if name.endswith((".fmu", ".ssp", ".ssd")) else "show"
+        self.redirect(f"/give/{command}?{urlencode({'first': name})}")
+
+
+def _plain(name: str) -> str:
+    """The last part of a file's name. StickslipError: hidden, or the study itself."""
+    last = PurePosixPath(name.strip().replace("\\", "/")).name
+    if not last or last.startswith(".") or last == STUDY:
+        raise StickslipError(f"A file cannot be called '{name}'. Give it another name.")
+    return last
 
 
 class Describe(Page):
@@ -173,8 +214,7 @@ class Describe(Page):
         made = await self._read(folder)
         said = {name: values[-1] for name, values in self.form().items()}
         answers, faults = questions.answer(made, said)
-        questions.keep(answers, self.desk.folder / folder)
-        after = questions.asked(await self._read(folder), folder, faults)
+        after = questions.asked(self.desk.drafts.answered(self.desk.folder, folder, made, answers), folder, faults)
         if faults or any(not question.proposal for question in after.questions):
             self._ask(after, said)
             return
@@ -183,10 +223,9 @@ class Describe(Page):
         self.redirect(f"/step/{number}")
 
     async def _read(self, folder: str) -> Any:
-        inside = (self.desk.folder / folder).resolve()
-        if not inside.is_relative_to(self.desk.folder) or not inside.is_dir():
+        if not self.desk.inside(folder).is_dir():
             raise StickslipError(f"There is no folder '{folder}' in this study.")
-        return await asyncio.to_thread(questions.drafted, self.desk.folder, folder)
+        return await asyncio.to_thread(self.desk.drafts.of, self.desk.folder, folder)
 
     def _ask(self, asked: questions.Asked, said: Mapping[str, str] = MappingProxyType({})) -> None:
         picture = f"/describe?{urlencode({'folder': asked.folder, 'only': 'picture'})}"
@@ -201,7 +240,11 @@ class Give(Page):
         found = self.desk.fields(name)
         values = forms.proposals(name, found)
         if (before := self.get_query_argument("after", "")).isdigit() and (step := self.desk.steps.step(int(before))):
-            values |= forms.carried(step.values, found)
+            again = step.arguments[0] == name
+            values = dict(step.values) if again else values | forms.carried(step.values, found)
+            place, at = place_of(self.desk.folder, step.files), self._at()
+            if place is not None and (at or not again):
+                begun_at(place, at, name, found, values)
         if first := self.get_query_argument("first", ""):
             values[found[0].name] = [first]
         self._ask(name, found, values)
@@ -219,13 +262,19 @@ class Give(Page):
             return
         self.redirect(f"/step/{self.desk.steps.begin(arguments, values)}")
 
+    def _at(self) -> dict[str, float]:
+        """Values of a place in a picture, by the names of its axes."""
+        names = [name for name in self.request.query_arguments if name.startswith(AT)]
+        texts = {name.removeprefix(AT): self.get_query_argument(name) for name in names}
+        try:
+            return {name: float(text) for name, text in texts.items() if text}
+        except ValueError:
+            raise StickslipError(f"A place in a picture is given by numbers; found {texts}.") from None
+
     def _ask(self, name: str, found: list[forms.Field], values: forms.Values, fault: str = "") -> None:
-        about = self.desk.commands[name]
-        files = files_of(self.desk.folder)
-        used = [field for field in found if field.required or values.get(field.name) not in (None, [field.default])]
-        rest = [field for field in found if field not in used]
-        parts = {"used": used, "rest": rest, "values": values, "files": files}
-        self.show("give.html", title=name, name=name, about=about, fault=fault, **parts)
+        parts = {"about": self.desk.commands[name], "files": files_of(self.desk.folder), "models": MODELS.names()}
+        groups = forms.groups(found, values)
+        self.show("give.html", title=name, name=name, groups=groups, values=values, fault=fault, **parts)
 
 
 class Shown(Page):
@@ -237,12 +286,18 @@ class Shown(Page):
         if step is None:
             raise StickslipError(f"There is no step {number}.")
         if self.get_query_argument("only", "") == "state":
-            self.finish({"status": step.status, "progress": step.progress})
+            self.finish({"status": step.status, "progress": step.progress, "seconds": step.seconds})
             return
-        pictures = [name for name in step.files if name.endswith(PICTURES)]
-        pages = [name for name in step.files if name.endswith(".html")]
         following = [name for name in forms.NEXT.get(step.arguments[0], ()) if name in self.desk.commands]
-        self.show("step.html", title=step.line, step=step, pictures=pictures, pages=pages, following=following)
+        place = place_of(self.desk.folder, step.files) if following else None
+        seen = [name for name in step.files if place is None or name != place.picture]
+        parts = {
+            "pictures": [name for name in seen if name.endswith(PICTURES)],
+            "pages": [name for name in seen if name.endswith(".html")],
+            "commands": self.desk.commands,
+        }
+        title = f"{step.arguments[0]}, {step.status}"
+        self.show("step.html", title=title, step=step, place=place, following=following, **parts)
 
     def post(self, number: str) -> None:
         """Stop it."""
@@ -290,7 +345,7 @@ def serve(desk: Desk, port: int) -> tuple[tornado.httpserver.HTTPServer, str]:
         sockets = tornado.netutil.bind_sockets(port, LOOPBACK)
     except OSError as error:
         raise StickslipError(f"Port {port} of this machine cannot be used: {error.strerror}. Name another.") from error
-    server = tornado.httpserver.HTTPServer(application, max_buffer_size=LARGEST)
+    server = tornado.httpserver.HTTPServer(application, max_buffer_size=LARGEST + (1 << 20))
     server.add_sockets(sockets)
     return server, f"http://{LOOPBACK}:{sockets[0].getsockname()[1]}/?token={desk.token}"
 

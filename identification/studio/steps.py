@@ -26,7 +26,7 @@ LAST = 20  # lines of progress that a page shows
 @dataclass(frozen=True)
 class Step:
     """number: from 1; arguments: of the command line; values: the form that it was given by; code: of its end, None
-    while it runs; files: what it wrote, in the folder of the study; seconds: that it took; room: where it is kept."""
+    while it runs; files: what it wrote, in the folder of the study; seconds: so far; room: where it is kept."""
 
     number: int
     arguments: tuple[str, ...]
@@ -93,7 +93,7 @@ class Steps:
             given["values"],
             130 if lost else ended.get("code"),
             tuple(ended.get("files", ())),
-            ended.get("seconds", 0.0),
+            ended.get("seconds", time.time() - (room / "given.json").stat().st_mtime),
             room,
         )
 
@@ -148,11 +148,12 @@ class Steps:
 
 
 def files_of(folder: Path) -> list[str]:
-    """Files of a study by their paths in it; none that are hidden, nor what stores are made of."""
+    """Files of a study by their paths in it; none that are hidden, no links, nor what stores are made of."""
     found = []
     for top, folders, names in os.walk(folder):
         stores = [name for name in folders if name.endswith(".zarr")]
         folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in stores)
         place = Path(top).relative_to(folder)
-        found += [(place / name).as_posix() for name in sorted(names) if not name.startswith(".")]
+        plain = (name for name in sorted(names) if not name.startswith(".") and not Path(top, name).is_symlink())
+        found += [(place / name).as_posix() for name in plain]
     return found

@@ -11,17 +11,23 @@ import numpy as np
 
 from fmu_models.base.digits import like_sd
 from fmu_models.base.files import write_whole
-from fmu_models.base.table import Cell, PrintedTable
+from fmu_models.base.table import Cell, PrintedColumn, PrintedTable
 from fmu_models.base.table import table as made_table
-from fmu_models.base.version import version
-from fmu_models.report.inline_svg import inline_svg
+from fmu_models.report.document import bullets, document, drawing, paragraph
+from identification.laws import find_law
 from identification.watch.chart import control_chart
 from identification.watch.state import FITTED, Entry, WatchState
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TEMPLATE = "watch.html.j2"
+AGAIN = '<p><label><input type="checkbox" id="again"> load this page anew every {seconds} s</label></p>'
+RELOAD = """
+const again = document.getElementById("again");
+again.checked = sessionStorage.getItem("again") !== "no";
+again.onchange = () => sessionStorage.setItem("again", again.checked ? "yes" : "no");
+setInterval(() => again.checked && location.reload(), 1000 * %d);
+"""
 SHOWN = 200  # logs in the table
 
 
@@ -40,7 +46,8 @@ def watch_table(state: WatchState, last: int = SHOWN) -> PrintedTable:
         status = Cell(entry.status, "text" if entry.status != "refused" else "fail")
         time = datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC).strftime("%Y-%m-%d %H:%M:%S")
         rows.append([time, entry.name, status, *cells, Cell(remark, "fail" if entry.calls else "text")])
-    return made_table("Logs, the latest first", ("time", "log", "result", *columns, "called"), rows)
+    heads = (PrintedColumn(name, _unit(state, name)) for name in columns)
+    return made_table("Logs, the latest first", ("time (UTC)", "log", "result", *heads, "called"), rows)
 
 
 def watch_figure(state: WatchState) -> Figure:
@@ -53,6 +60,8 @@ def watch_figure(state: WatchState) -> Figure:
     for panel, name in zip(axes, columns, strict=False):
         entries = [entry for entry in state.fitted() if name in entry.values]
         _draw(panel, name, entries)
+        unit = _unit(state, name)
+        panel.set_ylabel(f"{name} ({unit})" if unit else name)
     axes[-1].set_xlabel("time (UTC)")
     figure.autofmt_xdate()
     return figure
@@ -68,28 +77,30 @@ def _draw(panel, name: str, entries: Sequence[Entry]) -> None:  # type: ignore[n
     if chart.out.any():
         out = np.flatnonzero(chart.out)
         panel.plot([at[i] for i in out], value[out], "s", markersize=8, mfc="none", color="#d55e00", label="out")
-    panel.set_ylabel(name)
-    panel.legend(fontsize="x-small", ncols=4, loc="best")
+    panel.legend(fontsize="small", ncols=4, loc="best")
 
 
 def write_page(path: Path, state: WatchState, folder: Path, refresh: float) -> None:
-    """Write the page, whole or not at all; a browser loads it anew every ``refresh`` s."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("identification.watch"), autoescape=True, undefined=jinja2.StrictUndefined
+    """Write the page, whole or not at all; a browser loads it anew every ``refresh`` s, unless its reader says no."""
+    count = sum(entry.status == FITTED for entry in state.entries)
+    date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    calls = [f"{entry.name}: {call}" for entry in state.entries for call in entry.calls]
+    caption = (
+        "Each value against time, its limits (grey band), their running mean (line), logs that left them (squares)"
     )
-    fitted = [entry for entry in state.entries if entry.status == FITTED]
-    text = environment.get_template(TEMPLATE).render(
-        folder=str(folder),
-        law=state.law,
-        fitted=len(fitted),
-        calls=[(entry.name, call) for entry in state.entries for call in entry.calls],
-        svg=inline_svg(watch_figure(state), "watch", "Parameters against time") if fitted else "",
-        table=watch_table(state).html(),
-        refresh=max(round(refresh), 1),
-        version=version(),
-        date=datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M:%S UTC"),
-    )
+    drawn = [drawing(watch_figure(state), "watch", caption)] if count else []
+    verdict = f"{len(calls)} called, the latest last:" if calls else "Nothing was called."
+    main = [paragraph(verdict, "verdict"), bullets(calls, "warning"), *drawn, watch_table(state).html()]
+    seconds = max(round(refresh), 1)
+    main.append(AGAIN.format(seconds=seconds))
+    about = f"{count} logs fitted with the law {state.law}; as of {date}"
+    text = document(str(folder), about, main, tail=f"<script>{RELOAD % seconds}</script>\n")
     with write_whole(path, overwrite=True) as temporary:
         temporary.write_text(text, "utf-8")
+
+
+def _unit(state: WatchState, name: str) -> str:
+    """Of a value; nothing where it has none."""
+    known = {one.name: one.unit for one in find_law(state.law).parameters}
+    unit = known.get(name, known.get(name.rstrip("0123456789"), "1"))
+    return "" if unit == "1" else unit

@@ -115,6 +115,7 @@ KINDS: Mapping[str, Kind] = {
     "laser_gain": Kind("m/rad", _LASER, lambda size, m: size * m.at * np.exp(-m.time / WARMING)),
     "overflow": Kind("1", "drive0_count", lambda size, m: -size * np.round(m.at / size), known=False),
     "stamps": Kind("s", "edge_time", lambda size, m: -np.mod(m.time, size), known=False),
+    "belt": Kind("1", "drive0", lambda size, m: size * m.at),
 }
 
 

@@ -31,7 +31,7 @@ def describe(
         typer.Option(
             "--set",
             metavar="NAME=VALUE±U",
-            help="J, k, c, R, r, N0, N1, laser, laser_noise, laser_beam, laser_latency, encoder, drive0, drive1, "
+            help="J, k, c, R, r, N0, N1, laser, laser_noise, laser_beam, laser_latency, encoder, drive0, drive1, belt, "
             "w:FILE (a drive); repeat.",
         ),
     ] = None,

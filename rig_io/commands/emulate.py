@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rig_io.bench.emulation import Emulation
 
 OTHERS = ("loop", "decay")  # of other rigs
+MOTOR_TURNS = 3.0  # in one of the disc, where a belt is between and the encoder sits on the motor
 SPEED_DEVIATION = 0.005  # relative, of a drive that is set by hand
 
 
@@ -61,8 +62,8 @@ def emulate(
         typer.Option(
             metavar="NAME=SIZE",
             help="Of a bench as it is: once=5%, twice=1% (normal force per turn of the drive), angle=5% (friction over "
-            "the body's angle), per_log=4%, within=4% (wear), offset=0.1mm, drift=0.3mm (laser), zero=2mrad and many "
-            "others, which a wrong name lists; repeat.",
+            "the body's angle), per_log=4%, within=4% (wear), offset=0.1mm, drift=0.3mm (laser), zero=2mrad, belt=1% "
+            "(the drive's encoder is on the motor) and many others, which a wrong name lists; repeat.",
         ),
     ] = None,
     start: Annotated[
@@ -108,6 +109,7 @@ def emulate(
     from rig_io.bench.emulation import MicroSlip
     from rig_io.bench.emulator import standard_set
     from rig_io.description import quantities
+    from rig_io.sensors.encoder import Encoder
     from rig_io.sensors.laser import Laser
     from rig_io.sensors.load_cell import LoadCell
     from rig_io.sensors.speed_sensor import speed_sensor
@@ -138,7 +140,9 @@ def emulate(
     fitted |= {"load_cell": LoadCell()} if load_cell else {}
     fitted |= {"speed_sensor": speed_sensor(velocity)} if velocity is not None else {}
     fitted |= {"micro_slip": MicroSlip(stiffness=micro_slip)} if micro_slip is not None else {}
-    fitted |= {"disturbances": Disturbances.said(disturbance)} if disturbance else {}
+    disturbing = Disturbances.said(disturbance or [])
+    fitted |= {"disturbances": disturbing} if disturbance else {}
+    fitted |= {"drive_encoder": Encoder(ratio=MOTOR_TURNS)} if disturbing.size("belt") and drive_encoder else {}
     settings = standard_set(
         material, console.numbers(speeds, "--speeds") if speeds else None, duration=duration, **fitted
     )
@@ -174,7 +178,7 @@ def _emulate_others(kind: str, folder: Path | None, texts: list[str], seed: int,
     command = "hysteresis" if kind == "loop" else "decay"
 
     def say(out: console.Console) -> None:
-        out.print(f"[bold]{folder}[/bold]: {len(made)} emulated logs, seed {seed}")
+        out.print(f"[bold]{folder}[/bold]: {len(made)} emulated log{'s' * (len(made) > 1)}, seed {seed}")
         rows = [[f"{log.name}.csv", f"{len(next(iter(log.columns.values())))}", ", ".join(log.columns)] for log in made]
         out.print(console.table("", ("log", ">samples", "columns"), rows))
         out.print(f"Fit them:  stickslip {command} {folder}/*.csv")
@@ -238,7 +242,9 @@ def _emulate(folder: Path, settings: list[Emulation], material: str, seed: int, 
 
 
 def _print_set(folder: Path, settings: list[Emulation], material: str, seed: int, out: console.Console) -> None:
-    out.print(f"[bold]{folder}[/bold]: {len(settings)} emulated logs, {material}, seed {seed}")
+    out.print(
+        f"[bold]{folder}[/bold]: {len(settings)} emulated log{'s' * (len(settings) > 1)}, {material}, seed {seed}"
+    )
     rows = [
         [
             *(f"{emulation.name}.csv", f"{emulation.duration:g}"),

@@ -13,6 +13,8 @@ laser_noise = "20 um"
 laser_beam = "arc"
 laser_latency = "250 us"
 encoder = "1000 x4"
+drive0 = "1000, ratio 3.2"
+belt = "0.5 ± 0.2 %"
 [kinds]
 "run7.csv" = "free-decay"
 [read]                               # how the files are written, by the options of their reader
@@ -32,9 +34,11 @@ from rig_io.joining.joined import RULES
 from rig_io.logs.columns import COLUMNS
 from rig_io.logs.log import RIG_UNITS
 
-INSTRUMENTS = ("laser", "encoder", "drive0", "drive1")
+DRIVES = ("drive0", "drive1")
+INSTRUMENTS = ("laser", "encoder", *DRIVES)
 LASER_NOISE, LASER_BEAM, LASER_LATENCY = "laser_noise", "laser_beam", "laser_latency"
-VALUES = (*RIG_UNITS, *INSTRUMENTS, LASER_NOISE, LASER_BEAM, LASER_LATENCY, "sampling_rate")
+BELT = "belt"  # creep of those behind which encoders of drives sit
+VALUES = (*RIG_UNITS, *INSTRUMENTS, LASER_NOISE, LASER_BEAM, LASER_LATENCY, BELT, "sampling_rate")
 SPEED = "w:"  # before the name of a log
 KINDS = ("stick-slip", "free-decay")
 NONE = "none"

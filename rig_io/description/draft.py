@@ -12,8 +12,8 @@ from fmu_models.base.files import write_whole
 from fmu_models.base.registry import Reference
 from fmu_models.base.unit_names import scale_of
 from rig_io.description import quantities
-from rig_io.description.answers import INSTRUMENTS, LASER_BEAM, LASER_LATENCY, LASER_NOISE, SPEED, Answers
-from rig_io.description.example import example_of, free_decay, log_paths, package_at
+from rig_io.description.answers import BELT, DRIVES, INSTRUMENTS, LASER_BEAM, LASER_LATENCY, LASER_NOISE, SPEED, Answers
+from rig_io.description.example import example_of, free_decay, kinds_alike, log_paths, package_at
 from rig_io.description.roles import Proposal
 from rig_io.description.runs import DescribedLog, File, described_file, described_log, is_named, rule_of, runs_of, slug
 from rig_io.logs.columns import COLUMNS, metres
@@ -31,7 +31,7 @@ SPEEDS = ("drive_speed", "drive_speed_uncertainty")
 class Draft:
     """tables: of the files, as read; known: the sidecar that is there already; example: the resource after which the
     logs are described; like: whether that is of a like recorder, so that nothing is asked; answers: all that was said;
-    decay: a free decay of the same rig in another folder.
+    decay: a free decay of the same rig in another folder; before: resources that were described before, there or here.
     """
 
     tables: tuple[tuple[Path, Table], ...]
@@ -40,6 +40,7 @@ class Draft:
     like: bool
     answers: Answers
     decay: Path | None = None
+    before: Sequence[Mapping[str, Any]] = ()
 
     @property
     def folder(self) -> Path:
@@ -53,7 +54,14 @@ class Draft:
         rule = rule_of(files, self.answers, self.example)
         runs = [[file] for file in files] if rule is None else runs_of(files, rule)
         return tuple(
-            described_log(run, rule if len(run) > 1 else None, self.answers, self._experiment(run)) for run in runs
+            described_log(
+                run,
+                rule if len(run) > 1 else None,
+                self.answers,
+                self._experiment(run),
+                kinds_alike([file.table.columns for file in run], self.before),
+            )
+            for run in runs
         )
 
     def _experiment(self, files: Sequence[File]) -> dict[str, Any]:
@@ -79,10 +87,14 @@ class Draft:
 
     def instrument(self, name: str) -> dict[str, Any] | None:
         """Calibration of an instrument, None where it is open."""
+        before = self.example.get("calibration", {}).get(name)
         if name in self.answers.values:
             parse = quantities.laser if name == "laser" else quantities.encoder
-            return parse(self.answers.values[name], name)
-        return self.example.get("calibration", {}).get(name)
+            creep = {key: value for key, value in (before or {}).items() if key.startswith("creep")}
+            before = {**creep, **parse(self.answers.values[name], name)}
+        if before and name in DRIVES and before.get("ratio", 1) != 1 and BELT in self.answers.values:
+            before = {**before, **quantities.belt(self.answers.values[BELT], BELT)}
+        return before
 
     def speed(self, log: DescribedLog) -> dict[str, Any] | None:
         """What is said of the speed of a drive that a log does not record, as its experiment has it; None: nothing."""
@@ -138,7 +150,8 @@ def draft(paths: Sequence[Path], answers: Answers, like: Path | None = None, rea
     merged = {**package, "rig": {**model_package.get("rig", {}), **package.get("rig", {})}}
     same_recorder = bool(example) and (like is not None or not {path.name for path in files} & set(files_of(example)))
     decay = None if like is None else free_decay(like if like.is_dir() else like.parent, model_package)
-    drafted = Draft(tables, merged, example, same_recorder, answers, decay)
+    before = model_package.get("resources", [])
+    drafted = Draft(tables, merged, example, same_recorder, answers, decay, before)
     check_named(drafted)
     return drafted
 
@@ -155,6 +168,11 @@ def check_named(draft: Draft) -> None:
     for name in draft.answers.values:
         if name.startswith(SPEED) and name.removeprefix(SPEED) not in files:
             raise StickslipError(f"'{name}': there is no such log.{nearest(name.removeprefix(SPEED), files)}")
+    ratios = [(draft.instrument(name) or {}).get("ratio", 1) for name in DRIVES]
+    if BELT in draft.answers.values and set(ratios) == {1}:
+        raise StickslipError(
+            "A belt is said, and no encoder of a drive sits on the motor. Say its ratio: --set 'drive0=1000, ratio 3'."
+        )
     for file in (file for log in draft.logs for file in log.files):
         for column in file.columns:
             stated = any(is_named(key, file.path, column.name, len(file.columns)) for key in draft.answers.units)

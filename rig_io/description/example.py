@@ -1,6 +1,6 @@
 """The logs that are to be described, and what a sidecar that is there already knows of such logs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -85,6 +85,13 @@ def free_decay(folder: Path, package: Mapping[str, Any]) -> Path | None:
         if resource.get("experiment", {}).get("kind") == "free-decay"
     ]
     return folder / files_of(decays[0])[0] if decays else None
+
+
+def kinds_alike(tables: Sequence[Collection[str]], resources: Sequence[Mapping[str, Any]]) -> set[str]:
+    """Kinds of experiments that somebody confirmed of resources whose files have the columns of these tables."""
+    names = {name for table in tables for name in table}
+    alike = [one.get("experiment", {}) for one in resources if {field["name"] for field in _fields(one)} == names]
+    return {one["kind"] for one in alike if "kind" in one and "kind" not in one.get("guessed", {})}
 
 
 def _fields(resource: Mapping[str, Any]) -> list[dict[str, Any]]:

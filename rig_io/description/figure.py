@@ -16,13 +16,13 @@ POINTS = 4000  # of a line, at most
 
 
 def columns_figure(logs: Sequence[DescribedLog]) -> Figure:
-    """Axes for every column of the first log."""
+    """Axes for every column of the log that has most of them."""
     from matplotlib.figure import Figure
 
-    first = [(file, column) for file in logs[0].files for column in file.columns]
-    figure = Figure(figsize=(8.0, 1.1 * len(first) + 0.6), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(len(first), 1, sharex=True))
-    for axis, (file, column) in zip(axes, first, strict=True):
+    most = max(([(file, column) for file in log.files for column in file.columns] for log in logs), key=len)
+    figure = Figure(figsize=(8.0, 1.1 * len(most) + 0.6), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(len(most), 1, sharex=True))
+    for axis, (file, column) in zip(axes, most, strict=True):
         values = file.table.columns[column.name]
         every = max(len(values) // POINTS, 1)
         axis.plot(np.arange(len(values))[::every], values[::every], linewidth=0.7, color="C0" if column.role else "0.6")

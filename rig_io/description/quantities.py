@@ -9,6 +9,7 @@ from fmu_models.base.errors import StickslipError, refuse_unknown
 from fmu_models.base.unit_names import conversion
 from rig_io.logs.beam import BEAMS
 
+MOST_CREEP = 0.1  # of a belt, as a share
 UNKNOWN = ("unknown", "?", "unbekannt", "inconnu", "sconosciuto", "desconocido", "none", "-")
 _NUMBER = r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?"
 _QUANTITY = re.compile(
@@ -105,6 +106,18 @@ def beam(text: str, label: str) -> dict[str, Any]:
     name, _, tilt = text.strip().replace(",", " ").partition(" ")
     refuse_unknown(name.lower(), BEAMS, f"{label}: there is no beam '{name}'.")
     return {"beam": name.lower(), "tilt": quantity(tilt.strip() or "0", "rad", label).value or 0.0}
+
+
+def belt(text: str, label: str) -> dict[str, Any]:
+    """How much a belt creeps: "0.5 ± 0.2 %", "unknown", or "gear", which does not. StickslipError: as in `quantity`."""
+    if text.strip().lower() == "gear":
+        return {"creep": 0.0, "creep_deviation": 0.0}
+    unit = 0.01 if "%" in text else 1.0
+    creep = quantity(text.replace("%", ""), "1", label)
+    if creep.value is not None and not abs(unit * creep.value) <= MOST_CREEP:
+        raise StickslipError(f"{label}: no belt creeps by {text}. Write its share, 0.5 ± 0.2 %, unknown, or gear.")
+    deviation = None if creep.deviation is None else unit * creep.deviation
+    return {"creep": unit * (creep.value or 0.0), "creep_deviation": deviation}
 
 
 def encoder(text: str, label: str) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from fmu_models.base.errors import StickslipError
 from rig_io.description import quantities
-from rig_io.description.answers import LASER_BEAM, LASER_LATENCY, LASER_NOISE, SPEED, Answers
+from rig_io.description.answers import BELT, DRIVES, LASER_BEAM, LASER_LATENCY, LASER_NOISE, SPEED, Answers
 from rig_io.description.draft import Draft, check_named, unit_fault
 from rig_io.logs.beam import BEAMS
 from rig_io.logs.columns import ANGLE_SOURCES, TIME, metres
@@ -60,8 +60,12 @@ def questions(draft: Draft) -> list[Question]:
 
 def optional(draft: Draft) -> list[Question]:
     """What a fit can do without: asked where somebody answers, and otherwise not known."""
+    driven = (draft.instrument(name) or {} for name in DRIVES)
+    text = "Belt between motor and disc, where the encoder sits on the motor: by how much does it creep under load?"
+    open_belt = any(one.get("ratio", 1) != 1 and "creep" not in one for one in driven)
+    belts = [Question(BELT, text, "0.5 ± 0.2 %, unknown, or gear", "unknown")] if open_belt else []
     if "laser" not in draft.roles:
-        return []
+        return belts
     seen = "; ".join(f"{name} ({beam.words}, {beam.formula})" for name, beam in BEAMS.items())
     asked_for = [Question(LASER_BEAM, f"Laser: what does it see? {seen}.", "arc, or sine 3 deg if tilted", "sine")]
     text = "Laser: rms noise of its readings, from which a fit knows how far the values are from the best possible?"
@@ -69,7 +73,7 @@ def optional(draft: Draft) -> list[Question]:
     text = "Laser: how late is it beside the counts, by a filter, or since channels are read in turn?"
     asked_for.append(Question(LASER_LATENCY, text, "250 us, or butterworth 4, 50 Hz", "0 s"))
     said = {LASER_BEAM: "beam", LASER_NOISE: "noise", LASER_LATENCY: "latency"}
-    return [question for question in asked_for if said[question.key] not in draft.beside]
+    return belts + [question for question in asked_for if said[question.key] not in draft.beside]
 
 
 def missing(draft: Draft) -> list[str]:
@@ -149,6 +153,8 @@ def answered(draft: Draft, question: Question, text: str) -> Answers:
         quantities.noise(answer, LASER_NOISE)
     elif question.key == LASER_LATENCY:
         quantities.latency(answer, LASER_LATENCY)
+    elif question.key == BELT:
+        quantities.belt(answer, BELT)
     elif question.key == LASER_BEAM:
         quantities.beam(answer, LASER_BEAM)
     elif question.key in RIG_UNITS:

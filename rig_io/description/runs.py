@@ -1,7 +1,7 @@
 """Runs as they were recorded: what is proposed and said of their columns, how files belong together, of what kind."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from pathlib import Path
@@ -168,9 +168,9 @@ def runs_of(files: Sequence[File], rule: str) -> list[list[File]]:
 
 
 def described_log(
-    files: Sequence[File], rule: str | None, answers: Answers, experiment: Mapping[str, Any]
+    files: Sequence[File], rule: str | None, answers: Answers, experiment: Mapping[str, Any], alike: Set[str]
 ) -> DescribedLog:
-    """known: what was said of the experiment before."""
+    """experiment: what was said of it before; alike: kinds that somebody confirmed of logs with the same columns."""
     name = _stem(files[0].path) if len(files) == 1 else _common(files)
     stated_kind = next((answers.kinds[file.path.name] for file in files if file.path.name in answers.kinds), None)
     kind, reason = (stated_kind, "as said") if stated_kind else _kind(files)
@@ -181,6 +181,8 @@ def described_log(
         and "kind" not in experiment.get("guessed", {})
     ):
         stated_kind, kind, reason = experiment["kind"], experiment["kind"], "as described before"
+    if not stated_kind and kind in alike:
+        stated_kind, reason = kind, f"{reason}, as in logs described before"
     return DescribedLog(
         slug(name), tuple(files), rule, kind, reason, stated_kind is not None or answers.confirm or reason == TURNS
     )

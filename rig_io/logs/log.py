@@ -138,7 +138,8 @@ class EncoderCalibration:
     pulses_per_revolution: of one track; quadrature: whether all four edges of the two tracks are counted; clock: s,
     resolution of the edge times; counter_bits: width of the counter, after which it begins anew (None: it does not, or
     the width is to be found from the counts); ratio: its turns in one turn of the disc, where it sits on the motor's
-    side of a gear or belt.
+    side of a gear or belt; creep: share by which a belt under load turns the disc less than that; creep_deviation: its
+    standard deviation, None where it is not known, 0 of a gear.
     """
 
     pulses_per_revolution: int
@@ -146,6 +147,8 @@ class EncoderCalibration:
     clock: float = 1e-6
     counter_bits: int | None = None
     ratio: float = 1.0
+    creep: float = 0.0
+    creep_deviation: float | None = None
 
     @property
     def edges_per_revolution(self) -> int:
@@ -155,7 +158,12 @@ class EncoderCalibration:
     @property
     def pitch(self) -> float:
         """Angle of the disc between counted edges, rad."""
-        return 2.0 * 3.141592653589793 / (self.edges_per_revolution * self.ratio)
+        return 2.0 * 3.141592653589793 / (self.edges_per_revolution * self.ratio) * (1 - self.creep)
+
+    @property
+    def may_creep(self) -> bool:
+        """Whether a belt may stand between it and the disc."""
+        return self.ratio != 1 and self.creep_deviation != 0
 
 
 @dataclass(frozen=True)

@@ -164,6 +164,8 @@ def calibration(entries: Mapping[str, Any], where: str, length: bool = False) ->
             raise StickslipError(
                 f"{at}: a ratio of {entry['ratio']:g} is none. Write its turns in one turn of the disc."
             )
+        if not abs(entry.get("creep", 0.0)) < 1:
+            raise StickslipError(f"{at}: a creep of {entry['creep']:g} is none. Write the share that the disc lags.")
         if entry[needed] == 0 or (instrument != "laser" and (entry[needed] < 1 or entry[needed] % 1)):
             raise StickslipError(f'{at}: "{needed}" is {entry[needed]:g}; that measures nothing.')
         if instrument != "laser":

@@ -30,6 +30,7 @@ grid = np.linspace(-8.0, 8.0, 1001)
 system = Strobe(load("discontinuous_support"), forcing="omega", parameters={{"omega": 1.1}})
 basins(system, x=grid, v=grid, most=400, execution=Execution(store={!r}))
 """  # imports and all: basins of a million starts, of which none is run again
+RUN = "from fmu_models import load, simulate; simulate(load({!r}), 5.0)"
 EXPORT = "from fmu_models.codegen.package import export; export({!r}, {!r}, overwrite=True)"
 
 
@@ -78,13 +79,15 @@ def main() -> None:
         for name, code in cases.items():
             cpu(code)  # compiles and caches what is missing
             show(name, [(bare(), cpu(code)) for _ in range(repetitions)])
-        first, second = [], []
+        first, second, third = [], [], []
         for number in range(repetitions):
             cache = Path(folder) / f"cache{number}"
             first.append((bare(), cpu(EXPORT.format("disc_rig", fmu), cache)))
             second.append((bare(), cpu(EXPORT.format("impact_pair", fmu), cache)))
+            third.append((bare(), cpu(RUN.format("block_on_belt"), cache)))
         show("first export", first)
         show("another model", second)
+        show("a third one's run", third)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -106,6 +107,13 @@ class Tab:
         pressed = [{"type": kind, "button": 0} for kind in ("pointerDown", "pointerUp")]
         actions = [{"type": "pointerMove", "x": x, "y": y}, *pressed]
         self._act({"type": "pointer", "id": "mouse", "actions": actions})
+
+    def give(self, selector: str, *files: Path) -> None:
+        """Files to an input."""
+        locator = {"type": "css", "value": selector}
+        (element,) = self._send("browsingContext.locateNodes", context=self._context, locator=locator)["nodes"]
+        names = [str(file) for file in files]
+        self._send("input.setFiles", context=self._context, element={"sharedId": element["sharedId"]}, files=names)
 
     def _act(self, source: dict[str, Any]) -> None:
         self._send("input.performActions", context=self._context, actions=[source])

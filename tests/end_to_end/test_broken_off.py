@@ -180,7 +180,7 @@ def test_an_interrupted_manual_leaves_no_sphinx_and_no_folder(tmp_path: Path) ->
     for module in NEEDED:
         pytest.importorskip(module)
     cache = tmp_path / "cache"
-    process = begun("docs", "--no-open", folder=tmp_path, STICKSLIP_CACHE=str(cache))
+    process = begun("docs", "--build", "--no-open", folder=tmp_path, STICKSLIP_CACHE=str(cache))
     appear(cache, process)
     time.sleep(5)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()

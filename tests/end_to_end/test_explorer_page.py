@@ -73,7 +73,7 @@ def opened(browser: Any, belt: Path) -> Opened:
 @pytest.mark.parametrize("width", some_nightly([360, 1400], [1400]))
 def test_its_curve_goes_through_the_points_that_the_suite_computes(browser: Any, belt: Path, width: int):
     page = Opened(browser, belt.as_uri(), width).ready()
-    assert page.requests == [belt.as_uri()] and page.complaints == []
+    assert {one for one in page.requests if not one.startswith("blob:")} == {belt.as_uri()} and page.complaints == []
     tab = page.tab
     assert tab.evaluate("document.documentElement.scrollWidth") <= width
     time, x, v = np.array(tab.evaluate("page.motion.rows.slice(page.motion.from).map((row) => [...row.slice(0, 3)])")).T

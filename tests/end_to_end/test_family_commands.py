@@ -42,7 +42,7 @@ def test_a_family_is_compared_beyond_its_bifurcation(stickslip, fit, family, tmp
     content = answer.json
     (found,) = content["families"]
     assert content["passed"] and found["varied"] == "disc0"
-    assert [one["measured"]["motion"] for one in found["comparisons"][:3]] == ["stick on {0}"] * 3
+    assert [one["measured"]["motion"] for one in found["comparisons"][:3]] == ["stick on disc0"] * 3
     assert "steady sliding" in found["comparisons"][3]["measured"]["motion"]
     (bifurcation,) = found["bifurcations"]
     assert bifurcation["predicted"]["speed"] == pytest.approx(2.3823, rel=5e-3)

@@ -248,7 +248,7 @@ def test_a_model_that_comes_to_rest_is_said_so(logs: list[RigLog], fit: Friction
     (found,) = compare_families(calm, logs[:1], uncertainty=False)
     (one,) = found.members
     assert not found.passed and not one.passed
-    assert one["same motion"].meaning == "measured: stick on {0}; model: steady sliding"
+    assert one["same motion"].meaning == "measured: stick on disc0; model: steady sliding"
 
 
 def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> None:

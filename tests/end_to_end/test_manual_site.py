@@ -16,7 +16,9 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from made.gallery_jobs import CALIBRATIONS
 
+from fmu_models.base import shipped
 from fmu_models.oscillators import MODELS
+from fmu_models.report import plain_manual
 from fmu_models.report.manual import KEPT, NEEDED, forget_old, manual_site
 from fmu_models.scene.read import files
 
@@ -94,7 +96,7 @@ def read(site: Path) -> dict[Path, Page]:
 def test_the_manual_is_built_and_holds_together(stickslip) -> None:
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
-        pytest.skip(f"{', '.join(missing)} is not installed: pip install 'stickslip[docs]'")
+        pytest.skip(f"not installed: {', '.join(missing)}; pip install 'stickslip[docs]'")
     site = manual_site(strict=True).folder
     pages = read(site)
     assert not faults(pages, site)
@@ -115,6 +117,33 @@ def test_the_manual_is_built_and_holds_together(stickslip) -> None:
     assert Path(said["index"]).read_text("utf-8") == (site / "index.html").read_text("utf-8")
     taken = stickslip("docs", "--no-open", "-o", "manual")
     assert taken.code == 2 and "holds something already" in taken.err
+
+
+def test_a_checkout_opens_its_pages_as_they_are_written(stickslip, monkeypatch, tmp_path) -> None:
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path))
+    said = stickslip("docs", "--no-open", "--json").json
+    site = Path(said["index"]).parent
+    pages = read(site)
+    assert (said["plain"], said["built"], said["pages"]) == (True, True, len(pages))
+    assert not faults(pages, site)
+    written = {path.relative_to(DOCS).with_suffix(".html") for path in DOCS.rglob("*.md")}
+    shown = {path.relative_to(site.resolve()) for path in pages}
+    assert shown == {path for path in written if path.parts[0] not in plain_manual.BUILT}
+    tutorial = pages[(site / "tutorials" / "logs_to_a_fit.html").resolve()].text
+    assert '<code class="language-python">!stickslip data copy' in tutorial and "{code-cell}" not in tutorial
+    assert '<h2 id="logs-and-fits">' in pages[(site / "how_to" / "index.html").resolve()].text
+    again = stickslip("docs", "--no-open")
+    assert again.code == 0 and "--build" in again.out
+    assert not stickslip("docs", "--no-open", "--json").json["built"]
+
+
+def test_an_installed_suite_opens_the_manual_that_it_brings(stickslip, monkeypatch, tmp_path) -> None:
+    site = tmp_path / "stickslip_docs" / shipped.SITE
+    site.mkdir(parents=True)
+    (site / "index.html").write_text("built", "utf-8")
+    monkeypatch.setattr(shipped, "site", lambda: site)
+    said = stickslip("docs", "--no-open", "--json").json
+    assert (said["index"], said["plain"], said["built"]) == (str(site / "index.html"), False, False)
 
 
 def test_faults_of_pages_are_seen(tmp_path) -> None:
@@ -143,7 +172,7 @@ def test_the_sites_built_last_are_kept(tmp_path) -> None:
 
 def test_without_sphinx_the_command_says_what_to_install(tmp_path) -> None:
     code = (
-        "import sys; sys.modules['sphinx'] = None; sys.argv = ['stickslip', 'docs', '--no-open']\n"
+        "import sys; sys.modules['sphinx'] = None; sys.argv = ['stickslip', 'docs', '--build', '--no-open']\n"
         "from identification.cli import main; main()"
     )
     environment = os.environ | {"STICKSLIP_CACHE": str(tmp_path)}

@@ -3,96 +3,22 @@
 from __future__ import annotations
 
 import html
-import http.client
-import http.cookiejar
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
 import time
 import urllib.error
-import urllib.parse
-import urllib.request
-import uuid
-from collections.abc import Iterator, Sequence
-from contextlib import closing
+from collections.abc import Iterator
 from pathlib import Path
 
+import pandas
 import pytest
+from visitor import Visitor
 
-from identification.studio.forms import arguments, carried, fields
-from identification.studio.study import CALL
+from identification.studio.forms import Field, arguments, carried, fields, groups
+from identification.studio.places import begun_at, place_of
 
 pytest.importorskip("tornado", reason="tornado is missing: pip install 'stickslip[studio]'")
-ROOT = Path(__file__).parents[2]
-RIG = ROOT / "data" / "rigs" / "paper_rubber"
-PATIENCE = 240.0  # s, for one step on a busy machine
-
-
-class Visitor:
-    """A browser without a screen: cookies, forms and files."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        environment = os.environ | {"PYTHONPATH": str(ROOT)}
-        command = [sys.executable, "-c", CALL, "studio", str(folder), "--no-open"]
-        self.process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
-        assert self.process.stdout is not None
-        self.address = re.findall(r"http\S+", self.process.stdout.readline())[0]
-        self.base = self.address.partition("/?")[0]
-        self.jar = http.cookiejar.CookieJar()
-        self.opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(self.jar))
-        self.xsrf = re.findall(r'name="_xsrf" value="([^"]+)"', self.get(self.address))[0]
-
-    def get(self, place: str) -> str:
-        """A page, by its path or its whole address."""
-        with self.opener.open(place if place.startswith("http") else self.base + place, timeout=60) as answer:
-            return answer.read().decode()
-
-    def post(self, place: str, **form: str) -> tuple[str, str]:
-        """Send a form; where that leads, and the page there."""
-        body = urllib.parse.urlencode({**form, "_xsrf": self.xsrf}).encode()
-        with self.opener.open(self.base + place, body, timeout=60) as answer:
-            return answer.geturl().removeprefix(self.base), answer.read().decode()
-
-    def drop(self, what: str, files: Sequence[tuple[str, bytes]]) -> tuple[str, str]:
-        """Drop files on the study."""
-        border = uuid.uuid4().hex
-        entry = f"--{border}\r\nContent-Disposition: form-data; name="
-        parts = [f'{entry}"{name}"\r\n\r\n{value}\r\n' for name, value in (("what", what), ("_xsrf", self.xsrf))]
-        body = "".join(parts).encode()
-        for name, content in files:
-            body += f'{entry}"files"; filename="{name}"\r\n\r\n'.encode() + content + b"\r\n"
-        kind = {"Content-Type": f"multipart/form-data; boundary={border}"}
-        request = urllib.request.Request(f"{self.base}/upload", body + f"--{border}--\r\n".encode(), kind)
-        with self.opener.open(request, timeout=60) as answer:
-            return answer.geturl().removeprefix(self.base), answer.read().decode()
-
-    def ended(self, step: str) -> str:
-        """The page of a step that has ended; it was done."""
-        until = time.monotonic() + PATIENCE
-        while (state := json.loads(self.get(f"{step}?only=state")))["status"] == "running":
-            assert time.monotonic() < until, state
-            time.sleep(0.2)
-        page = self.get(step)
-        assert state["status"] == "done", page
-        return page
-
-    def refused(self, place: str, **headers: str) -> int:
-        """The status that a bare request meets, without cookies."""
-        with closing(http.client.HTTPConnection(self.base.removeprefix("http://"), timeout=60)) as connection:
-            connection.request("GET", place, headers=headers)
-            with connection.getresponse() as answer:
-                return answer.status
-
-    def close(self) -> int:
-        """Ctrl-C at the terminal; the exit code."""
-        self.process.send_signal(signal.SIGINT)
-        assert self.process.stdout is not None
-        self.process.stdout.close()
-        return self.process.wait(60)
+RIG = Path(__file__).parents[2] / "data" / "rigs" / "paper_rubber"
 
 
 @pytest.fixture
@@ -158,23 +84,65 @@ def test_who_may_not_ask_gets_nothing(visitor: Visitor) -> None:
     assert visitor.refused("/", Cookie=known) == 200
     # a name of somebody else's that leads to this machine
     assert visitor.refused("/", Cookie=known, Host="evil.example:80") == 403
+    # another port of this machine, which browsers send cookies to as well; a frame without rights; another site
+    for headers in ({"Origin": "http://127.0.0.1:1"}, {"Origin": "null"}, {"Sec-Fetch-Site": "same-site"}):
+        assert visitor.refused("/step/1", Cookie=known, **headers) == 403
+        assert visitor.refused("/file/study.toml", Cookie=known, **headers) == 403
     with pytest.raises(urllib.error.HTTPError, match="403") as forged:
         visitor.opener.open(f"{visitor.base}/give/simulate", b"model=block_on_belt", timeout=60)
     forged.value.close()
     visitor.folder.joinpath("seen.txt").write_text("seen")
     (visitor.folder.parent / "hidden.txt").write_text("hidden")
     assert visitor.get("/file/seen.txt") == "seen"
-    for place in ("../hidden.txt", "%2e%2e/hidden.txt", "/etc/hostname", ".studio/1/out", "%2Fetc%2Fhostname"):
+    (visitor.folder / "link.txt").symlink_to(visitor.folder.parent / "hidden.txt")
+    outside = ("../hidden.txt", "%2e%2e/hidden.txt", "/etc/hostname", "%2Fetc%2Fhostname", "link.txt")
+    for place in (*outside, ".studio/1/out", "%00", "seen.txt%00", "a" * 5000):
         assert visitor.refused(f"/file/{place}", Cookie=known) == 404
+    assert "link.txt" not in visitor.get("/")
+
+
+def test_pages_say_what_browsers_may_do_with_them(visitor: Visitor) -> None:
+    with visitor.opener.open(f"{visitor.base}/", timeout=60) as answer:
+        policy = answer.headers["Content-Security-Policy"]
+        assert answer.headers["Cross-Origin-Resource-Policy"] == "same-origin"
+    assert {"default-src 'self'", "frame-ancestors 'none'", "base-uri 'none'"} <= {*policy.split("; ")}
+    visitor.folder.joinpath("page.html").write_text("<script>fetch('/')</script>")
+    with visitor.opener.open(f"{visitor.base}/file/page.html", timeout=60) as answer:
+        policy = answer.headers["Content-Security-Policy"]
+        assert policy.startswith("sandbox ") and "allow-same-origin" not in policy
 
 
 def test_dropped_files_stay_in_the_study(visitor: Visitor) -> None:
     where, _ = visitor.drop("model", [("../../away.toml", b"x = 1")])
     assert where == "/give/show?first=away.toml" and (visitor.folder / "away.toml").read_bytes() == b"x = 1"
-    for name in (".profile", "study.toml", ".."):
-        with pytest.raises(urllib.error.HTTPError) as refused:
-            visitor.drop("model", [(name, b"")])
-        refused.value.close()
+    # by a link that was there already, too
+    (visitor.folder / "link.toml").symlink_to(visitor.folder.parent / "away.toml")
+    for name in (".profile", "study.toml", "..", "link.toml"):
+        assert visitor.fault_of("model", name, b"")
+    assert not (visitor.folder.parent / "away.toml").exists()
+    # a link is no file of the study, and neither keeps a command from its work
+    visitor.ended(visitor.post("/give/show", model="block_on_belt")[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "says"),
+    [
+        ("photo.csv", b"\x89PNG\r\n\x1a\n\0\0", "photo.csv"),
+        ("empty.csv", b"", "empty.csv"),
+        ("heading.csv", b"t,laser\n", "heading.csv"),
+    ],
+)
+def test_logs_that_cannot_be_read_are_told_and_not_kept(visitor: Visitor, name: str, content: bytes, says: str) -> None:
+    told = visitor.fault_of("logs", name, content)
+    assert says in told and "is not kept" in told
+    assert not list((visitor.folder / "logs").iterdir())
+
+
+def test_a_study_whose_room_leads_elsewhere_is_not_opened(tmp_path: Path, stickslip) -> None:
+    (tmp_path / "study").mkdir()
+    (tmp_path / "study" / ".studio").symlink_to(tmp_path)
+    answer = stickslip("studio", "study", "--no-open")
+    assert answer.code == 2 and "'.studio' lies outside" in answer.err
 
 
 @pytest.mark.nightly
@@ -247,11 +215,50 @@ def test_every_command_has_a_form_whose_arguments_it_takes() -> None:
         assert all(field.help for field in found), [field.name for field in found if not field.help]
 
 
-def test_what_goes_on_from_a_fit_to_its_report() -> None:
+def form_of(name: str) -> list[Field]:
+    """The fields of a command."""
     import typer
 
     from identification.commands import application
 
-    command = typer.main.get_command(application.only(["report"])).commands["report"]  # type: ignore[attr-defined]
+    return fields(typer.main.get_command(application.only([name])).commands[name])  # type: ignore[attr-defined]
+
+
+def test_what_goes_on_from_a_fit_to_its_report() -> None:
     values = {"logs": ["logs"], "result": ["fit.json"], "figure": ["friction.svg"], "estimator": ["shooting"]}
-    assert carried(values, fields(command)) == {"logs": ["logs"], "fitted": ["fit.json"]}
+    values["uncertainty"] = [""]  # a flag of the report is called the same
+    assert carried(values, form_of("report")) == {"logs": ["logs"], "fitted": ["fit.json"]}
+
+
+def test_a_place_in_a_picture_is_a_point_of_the_result(tmp_path: Path, stickslip) -> None:
+    over = ("--over", "omega=0.8:1.4:7", "--output", "d.csv", "--figure", "d.svg")
+    assert stickslip("diagram", "discontinuous_support", "--forcing", "omega", *over).code == 0
+    place = place_of(tmp_path, ("d.csv", "d.svg"))
+    assert place is not None and place.axes == ("omega", "x") and place.parameters == ("omega",)
+    # the frame of the axes as the picture draws it
+    text = (tmp_path / "d.svg").read_text()
+    frame = re.findall(r'<g id="patch_2">\s*<path d="M (\S+) (\S+) \sL (\S+) \S+ \sL \S+ (\S+)', text)[0]
+    width, height = re.findall(r'viewBox="0 0 (\S+) (\S+)"', text)[0]
+    sizes = (float(width), float(height)) * 2
+    assert place.box == pytest.approx([float(edge) / size for edge, size in zip(frame, sizes, strict=True)], abs=1e-5)
+    rows = pandas.read_csv(tmp_path / "d.csv")
+    row = rows[rows.omega == rows.omega[2]].iloc[0]
+    found = place.values({"omega": row.omega + 0.01, "x": row.x + 0.1})
+    assert found == {"omega": row.omega + 0.01, "x": row.x, "v": row.v}
+    assert place.values({"omega": 1.2})["omega"] == 1.2
+    form = form_of("branch")
+    values: dict[str, list[str]] = {"settings": ["ks=300\nomega=1"]}
+    begun_at(place, {"omega": 1.0, "x": row.x}, "branch", form, values)
+    assert values["settings"] == ["ks=300", "omega=1.0"] and len(values["start"]) == 2
+    low, high = place.limits[0]
+    assert values["over"] == [f"omega={low:.4g}:{high:.4g}"]
+    begun_at(place, {}, "basins", form_of("basins"), values)
+    assert [text.partition("=")[0] for text in values["over"]] == ["x", "v"]
+
+
+def test_a_form_begins_with_what_matters() -> None:
+    parts = groups(form_of("diagram"), {"output": ["d.csv"], "every": ["2"], "period": [""]})
+    assert [field.name for field in parts[""]][:4] == ["model", "over", "forcing", "period"]
+    assert "every" in [field.name for field in parts[""]]  # it is said
+    assert [field.name for field in parts["Files"]] == ["output", "figure", "interactive", "overwrite"]
+    assert {"contacts", "workers"} <= {field.name for field in parts["More options"]}

@@ -314,6 +314,7 @@ PARSERS = {
     "fmu_models/base/processes.py": "what its own child sends back",
     "fmu_models/base/toml_document.py": "code is named by Document.reference alone: cases",
     "fmu_models/base/plain_values.py": "numbers and texts",
+    "fmu_models/base/figures.py": "names and numbers of the axes of a picture, which a form shows",
     "fmu_models/base/unit_names.py": "our own cache",
     "fmu_models/commands/families.py": "start values: numbers by name",
     "fmu_models/commands/data.py": "titles of what comes along",

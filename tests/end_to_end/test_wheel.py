@@ -56,6 +56,9 @@ def wheel(tmp_path_factory) -> Path:
             shutil.copytree(ROOT / part, source / part, ignore=shutil.ignore_patterns("__pycache__"))
         else:
             shutil.copyfile(ROOT / part, source / part)
+    # what stands for a manual that was built before
+    (source / "docs" / "site").mkdir(exist_ok=True)
+    (source / "docs" / "site" / "index.html").write_text("the manual", "utf-8")
     options = ("--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(made))
     subprocess.run([sys.executable, "-m", "pip", "wheel", *options, str(source)], check=True)
     (found,) = made.glob("*.whl")
@@ -97,6 +100,18 @@ def test_the_wheel_holds_the_folder_data_and_every_file_of_the_packages(wheel):
     }.items():
         missing = {Path(folder, path) for path in files(ROOT / part)} - held
         assert not missing, f"{part}: not in the wheel: {sorted(map(str, missing))}"
+
+
+@pytest.mark.nightly
+def test_the_manual_that_a_wheel_brings_is_opened_and_one_without_shows_its_pages(installed):
+    answer = installed("stickslip", "docs", "--no-open", "--json")
+    assert answer.returncode == 0, answer.stderr
+    said = json.loads(answer.stdout)
+    site = installed.site / "stickslip_docs" / "site"
+    assert (said["index"], said["built"], said["plain"]) == (str(site / "index.html"), False, False)
+    shutil.rmtree(site)
+    said = json.loads(installed("stickslip", "docs", "--no-open", "--json", "-o", "manual").stdout)
+    assert said["plain"] and said["pages"] > 40 and (installed.folder / "manual" / "tutorials").is_dir()
 
 
 @pytest.mark.nightly

@@ -58,10 +58,14 @@ PROBES = {
         *("test_force_at_the_limit", "test_rigid_mechanisms", "test_many_contacts", "test_random_cross_check"),
     ),
     "fmu_models/engine/tangents": (
-        *("test_sensitive_run", "test_sensitivities", "test_sensitivities_extremes", "test_directional_derivatives"),
+        *("test_sensitivities", "test_sensitivities_differences", "test_sensitivities_extremes"),
+        *("test_sensitive_run", "test_directional_derivatives"),
         *("test_variations", "test_multipliers", "test_derivatives", "test_output_derivatives"),
     ),
-    "fmu_models/engine/whole_run": ("test_simulation", "test_sensitive_run", "test_ensemble", "test_sensitivities"),
+    "fmu_models/engine/whole_run": (
+        *("test_simulation", "test_ensemble"),
+        *("test_sensitive_run", "test_sensitivities_differences"),
+    ),
     "fmu_models/explorer/c": ("test_explore_engine", "test_explorer"),
     "fmu_models/importer/c": (
         *(

@@ -30,13 +30,15 @@ ARROWS = {
     "importer/c": {"engine/model", "engine/step"},
     # beside the FMU: it knows the numbers of the model and the contract with ensembles
     "lanes/c": {"engine/model", "engine/ensemble"},
+    # the part of a model's library that whole runs reach
+    "fmu/c": {"engine/model", "engine/whole_run"},
     # one instance in a page, by the calls of whole runs
     "explorer/c": {"engine/model", "engine/fmi", "engine/whole_run"},
 }
 # made per model, beside the rooms of the engine; what they include is of the room of the model
 GENERATED = {"engine/model_sizes.h", "engine/model_kind.c", "engine/model_variation.c", "engine/model_lanes.h"}
 GENERATED |= {"engine/model_discs.c"}
-GENERATED |= {"explorer/c/explore_period.h"}
+GENERATED |= {"explorer/c/explore_period.h", "fmu/c/all.c"}
 # stands for the C library in a page: its functions are called by the standard's headers
 LIBRARY = "explorer/c/freestanding.c"
 

@@ -72,11 +72,8 @@ def both(first: Border, second: Border) -> Border:
 
 
 class Vanishing(Condition):
-    """Of functions of the derivatives of a run, whose own derivatives are differences.
-
-    Attributes:
-        word: of events, of all motions on the curve.
-    """
+    """Of functions of the derivatives of a run, whose own derivatives are differences. word: of events, of all motions
+    on the curve."""
 
     word: Word
 

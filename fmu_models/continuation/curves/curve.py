@@ -42,21 +42,16 @@ class CurvePoint(Shown):
     multipliers: Complex
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Curve(Ended):
-    """Of m points, n states.
+    """Of a special point.
 
     Attributes:
         kind: of the special point.
-        model, over, second: names of the model and of the two parameters.
-        states: names.
-        values, seconds: (m,) of both parameters.
-        points: (m, n) states at phase 0 of the forcing.
+        second, seconds: name of the second parameter, and its values (m,).
         periods: (m,) s.
         multipliers: (m, n) largest first; without the event, where the word changes.
         meetings: points of codimension 2, in order.
-        ends: kind and a sentence, of both ends.
-        units: of states and parameters.
         called: what the multipliers are: of equilibria they are eigenvalues, 1/s.
     """
 
@@ -67,18 +62,11 @@ class Curve(Ended):
     )
 
     kind: str
-    model: str
-    over: str
     second: str
-    states: tuple[str, ...]
-    values: Vector
     seconds: Vector
-    points: Vector
     periods: Vector
     multipliers: Complex
     meetings: tuple[CurvePoint, ...]
-    ends: tuple[tuple[str, str], tuple[str, str]]
-    units: Mapping[str, str] = field(default_factory=dict)
     nodes: tuple[Node, ...] = field(default=(), repr=False)
     condition: Any = field(default=None, repr=False)
     called: str = "multipliers"
@@ -184,11 +172,7 @@ def told(kind: str, node: Node, z: Vector) -> CurvePoint:
 
 def closed_form_of(node: Node, formula: Formula, parameters: Mapping[str, float]) -> ClosedForm:
     """A formula for what is shown of motions like one, with values of the parameters in it that are not given as that
-    has them.
-
-    Raises:
-        StickslipError: a name that is no parameter, or the parameter that it is to be of.
-    """
+    has them. StickslipError: a name that is no parameter, or the parameter that it is to be of."""
     problem, values = node.problem, dict(parameters)
     for name in formula.names:
         if name == problem.second:

@@ -10,6 +10,7 @@ Source: Kuznetsov, Elements of Applied Bifurcation Theory (2004), sections 8.1, 
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -255,9 +256,11 @@ def _made(kind: str, condition: Condition, directions: Ways) -> Curve:
     problem = nodes[0].problem
     points = [told(kind, node, condition.place(node)) for node in nodes]
     values, seconds = (np.array([p.parameters[name] for p in points]) for name in (problem.over, problem.second))
-    states = np.array([list(point.state.values()) for point in points])
     periods, multipliers = (np.array([getattr(p, name) for p in points]) for name in ("period", "multipliers"))
     special = tuple(told(point.kind, point.node, condition.place(point.node)) for _, point, _ in meetings)
-    names = kind, problem.name, problem.over, problem.second, problem.states
-    columns = values, seconds, states, periods, multipliers
-    return Curve(*names, *columns, special, ends, problem.units, tuple(nodes), condition)
+    family: dict[str, Any] = {"model": problem.name, "states": problem.states, "units": problem.units}
+    family |= {name: getattr(problem, name) for name in ("over", "second")}
+    columns: dict[str, Any] = {"values": values, "seconds": seconds, "periods": periods, "multipliers": multipliers}
+    columns["points"] = np.array([list(point.state.values()) for point in points])
+    settings: dict[str, Any] = {"meetings": special, "ends": ends, "nodes": tuple(nodes), "condition": condition}
+    return Curve(kind=kind, **family, **columns, **settings)

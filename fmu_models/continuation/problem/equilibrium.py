@@ -19,12 +19,11 @@ from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.imported_field import ImportedField
 from fmu_models.continuation.problem.node import Node
-from fmu_models.continuation.problem.problem import Problem, Seen, Vector
+from fmu_models.continuation.problem.problem import OscillatorProblem, Problem, Seen, Vector
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.importer.flow import constants_of
 from fmu_models.language.contact_kinds import STICK, TOUCHING
 from fmu_models.sections.strobe import Strobe
-from fmu_models.sections.system import SectionSystem
 from fmu_models.simulation.field import VectorField, is_forced
 from fmu_models.simulation.run import check_names, check_value
 
@@ -34,7 +33,7 @@ ZERO = 1e-10  # singular values below this share of the largest are zero
 
 
 @dataclass(frozen=True, eq=False)
-class EquilibriumProblem(Problem):
+class EquilibriumProblem(OscillatorProblem):
     """Equilibria of an FMU.
 
     Args:
@@ -54,32 +53,17 @@ class EquilibriumProblem(Problem):
     still = True
 
     @property
-    def states(self) -> tuple[str, ...]:  # type: ignore[override] # a field of others
-        return tuple(self.field.fmu.states)
-
-    @property
-    def cyclic(self) -> list[int]:
-        """Places of the states upon which nothing depends."""
-        fmu = self.field.fmu
-        return [self.states.index(name) for name in fmu.cyclic] if fmu.ours else []
-
-    @property
     def _rigid(self) -> list[bool]:
         """Of each contact whether it is a wall that does not give way."""
         states = (self.field.fmu.variables.get(f"{name}_state") for name in self.field.contacts)
         return [getattr(getattr(state, "declaredType", None), "name", "") == "ImpactState" for state in states]
-
-    @property
-    def system(self) -> SectionSystem:
-        return self.strobe
 
     def opened(self, second: str) -> Problem:
         check_names(self.field.fmu, "parameter or input", {second: None}, self.strobe.parameters)
         return replace(self, second=second)
 
     def present(self, name: str) -> float:
-        value = self.strobe.values.get(name)
-        value = self.field.fmu.start_of(name) if value is None else value
+        value = super().present(name)
         check_value(self.field.fmu, name, value)
         return value
 
@@ -202,11 +186,8 @@ def problem_at(
     point: Vector,
     between: tuple[float, float],
 ) -> EquilibriumProblem:
-    """The problem of a model near a point.
-
-    Raises:
-        StickslipError: no such parameter, one of the values is none that it can have, something forces the motion.
-    """
+    """The problem of a model near a point. StickslipError: no such parameter, one of the values is none that it can
+    have, something forces the motion."""
     fmu = field.fmu
     fmu.refuse_cones("equilibria")
     check_names(fmu, "parameter or input", {over: None}, numbers_of(fmu))

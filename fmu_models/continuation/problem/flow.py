@@ -15,7 +15,7 @@ Source: Ascher, Mattheij, Russell, Numerical Solution of Boundary Value Problems
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, reduce
+from functools import reduce
 from itertools import pairwise
 from typing import Any
 
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.continuation.problem.pauses import CLEAR, clear_places, held_at_start, is_clear, pauses
-from fmu_models.continuation.problem.problem import EVENT, TIE, Passing, Problem, Seen, Vector, Word
+from fmu_models.continuation.problem.problem import EVENT, TIE, OscillatorProblem, Passing, Problem, Seen, Vector, Word
 from fmu_models.continuation.problem.runs import LARGE, Runs
 from fmu_models.language.contact_kinds import CHATTERING, OPEN, STICK
 from fmu_models.sections.amounts import Direction
@@ -88,7 +88,7 @@ class _Segment:
 
 
 @dataclass(frozen=True, eq=False)
-class FlowProblem(Problem):
+class FlowProblem(OscillatorProblem):
     """Of an oscillator: periodic motions of a strobe, whose phase may be moved.
 
     Args:
@@ -107,17 +107,8 @@ class FlowProblem(Problem):
     kept: list[Runs] = field(default_factory=list, repr=False)
 
     @property
-    def states(self) -> tuple[str, ...]:  # type: ignore[override]
-        return tuple(self.strobe.fmu.states)
-
-    @property
     def autonomous(self) -> bool:  # type: ignore[override]
         return self.strobe.autonomous
-
-    @cached_property
-    def cyclic(self) -> list[int]:
-        """Places of the states upon which nothing depends."""
-        return [self.states.index(name) for name in self.strobe.fmu.cyclic]
 
     @property
     def width(self) -> int:  # type: ignore[override]
@@ -132,17 +123,9 @@ class FlowProblem(Problem):
     def neutral(self) -> int:  # type: ignore[override]
         return self.autonomous + len(self.cyclic)
 
-    @property
-    def system(self) -> Strobe:
-        return self.strobe
-
     def opened(self, second: str) -> Problem:
         self.strobe.check(second, np.array([self.present(second)]) if second in self.strobe.parameters else np.zeros(1))
         return replace(self, second=second, kept=[])
-
-    def present(self, name: str) -> float:
-        value = self.strobe.values.get(name)
-        return self.strobe.fmu.start_of(name) if value is None else float(value)
 
     def _runs(self) -> Runs:
         """What makes the runs."""
@@ -150,16 +133,10 @@ class FlowProblem(Problem):
             self.kept.append(Runs(self.strobe, self.parameters))
         return self.kept[0]
 
-    def _run(
-        self, x: Vector, z: Vector, times: Sequence[float]
-    ) -> tuple[whole_run.Result, Vector, Vector, bool, whole_run.Passage]:
-        """From states x (n,) at the first of the times, with the parameters of z, and its derivatives."""
-        return self._runs().differentiated(x, self.values(z).values(), times)
-
     def _end(self, x: Vector, z: Vector, times: Sequence[float]) -> Vector:
         """(n,) states at the last of the times, without derivatives where these are dear."""
-        runs = self._runs()
-        return runs.end(x, self.values(z).values(), times) if runs.large else self._run(x, z, times)[0].values[1]
+        runs, values = self._runs(), self.values(z).values()
+        return runs.end(x, values, times) if runs.large else runs.differentiated(x, values, times)[0].values[1]
 
     def missed(self, z: Vector) -> Vector | None:
         if not self._runs().large:
@@ -203,7 +180,7 @@ class FlowProblem(Problem):
 
     def see(self, z: Vector) -> Seen:
         """One run with tangents along states and parameters, segment by segment."""
-        n, width = len(self.states), self.width
+        n, width, values = len(self.states), self.width, self.values(z).values()
         length = self.length(z)
         if not (length > 0.0 and math.isfinite(length)):
             raise StickslipError(f"A period of {length:g} s is none.")
@@ -214,7 +191,7 @@ class FlowProblem(Problem):
         for k, shares in enumerate(pairwise((0.0, *self.cuts, 1.0))):
             begin, end = (start + length * share for share in shares)
             by_begin, by_end = self._by_instant(z, begin, shares[0]), self._by_instant(z, end, shares[1])
-            result, by, by_times, one_sided, passage = self._run(points[k], z, (begin, end))
+            result, by, by_times, one_sided, passage = self._runs().differentiated(points[k], values, (begin, end))
             f0, f1 = passage.rates
             factor, after, rows = by[1][:, :n], (k + 1) % len(points), slice(k * n, k * n + n)
             residual[rows], jacobian[rows, rows] = result.values[1] - points[after], factor
@@ -291,8 +268,8 @@ class FlowProblem(Problem):
         moved = self.strobe.at(**self.values(z)).trajectory(point, np.linspace(0, length, 65))
         values = np.array([moved[name] for name in self.states])
         swings, largest = np.ptp(values, axis=1) / 2, np.abs(values).max(axis=1)
-        rest = RESTS * largest.max()
-        sizes = np.where(swings > rest, swings, np.where(largest > rest, largest, 1.0))
+        floor = RESTS * largest.max()
+        sizes = np.where(swings > floor, swings, np.where(largest > floor, largest, 1.0))
         sizes *= math.sqrt(max(1.0, len(sizes) / LARGE))  # of many states u changes as much as of a few
         return np.array([*sizes, *([length] if self.autonomous else []), abs(between[1] - between[0])])
 
@@ -369,7 +346,8 @@ class FlowProblem(Problem):
             within = instants[(instants > begin) & (instants < end)]
             if not len(within):
                 return []
-            _, by, *_ = self._run(self._state(z, begin), z, [start + instant for instant in (begin, *within, end)])
+            times = [start + instant for instant in (begin, *within, end)]
+            _, by, *_ = self._runs().differentiated(self._state(z, begin), self.values(z).values(), times)
             growths = np.log(np.linalg.norm(by[1:, :, :n] / sizes[:, None] * sizes, 2, axis=(1, 2)))
             if growths.max() <= math.log(GROWTH):
                 return []

@@ -33,10 +33,6 @@ def indicator(i: int) -> str:
 class ImportedProblem(FlowProblem):
     """Of an FMU of others: see the module."""
 
-    @property
-    def cyclic(self) -> list[int]:  # type: ignore[override] # it tells none
-        return []
-
     def _at(self, z: Vector) -> Strobe:
         """The strobe of the motion at z."""
         strobe = self.strobe.at(**self.values(z))

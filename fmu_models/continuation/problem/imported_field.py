@@ -59,11 +59,8 @@ class ImportedField:
     def at(
         self, states: Sequence[float] | Vector, parameters: Mapping[str, float] | None = None, time: float = 0.0
     ) -> FieldRates:
-        """The rates at states (n,), with other values of parameters or inputs.
-
-        Raises:
-            StickslipError: the FMU refuses the point, or moves it.
-        """
+        """The rates at states (n,), with other values of parameters or inputs. StickslipError: the FMU refuses the
+        point, or moves it."""
         return self._seen(self._flow(states, parameters, time))
 
     def _flow(
@@ -95,10 +92,7 @@ class ImportedField:
         time: float = 0.0,
     ) -> Vector:
         """(n, n + len(by)) derivatives of the rates by the states and by parameters or inputs, the mode held.
-
-        Raises:
-            StickslipError: the FMU refuses the point, or surfaces are too near on both sides of a parameter.
-        """
+        StickslipError: the FMU refuses the point, or surfaces are too near on both sides of a parameter."""
         flow = self._flow(states, values, time, slopes=True)
         constants, mode = {**self.constants, **(values or {})}, self._seen(flow).contacts
         columns = []

@@ -15,12 +15,8 @@ from fmu_models.sections.iteration import Iteration
 
 @dataclass(frozen=True, eq=False)
 class MapProblem(Problem):
-    """Of a declared map: cycles of ``period`` points.
-
-    Attributes:
-        sides: of every border, at every point of the cycle, whose smooth piece of the rule holds wherever the point is;
-            those that the point is on if left out.
-    """
+    """Of a declared map: cycles of ``period`` points. sides: of every border, at every point of the cycle, whose smooth
+    piece of the rule holds wherever the point is; those that the point is on if left out."""
 
     map: Iteration
     over: str = ""

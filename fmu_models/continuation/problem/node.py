@@ -137,11 +137,8 @@ class Node:
         return arclength(self.u, self.tangent, self.scales, distance)
 
     def corrected(self, guess: Vector, border: Border, *, near: bool = False, **options: Any) -> Node:
-        """The motion near a guess, its tangent in the sense of this one; options as for ``solved``.
-
-        Args:
-            near: the border does not depend on what is seen, and derivatives are about those here.
-        """
+        """The motion near a guess, its tangent in the sense of this one; options as for ``solved``. near: the border
+        does not depend on what is seen, and derivatives are about those here."""
         if near:
             guess = _approached(self.problem, self.scales, guess, border, self.seen)
         return solved(self.problem, self.scales, guess, border, towards=self.tangent, **options)

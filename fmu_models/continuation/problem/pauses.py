@@ -41,8 +41,8 @@ def _held(states: Iterable[int]) -> bool:
 
 def is_clear(time: float, gaps: Pauses, margin: float, length: float) -> bool:
     """Whether a time lies in a pause in which nothing holds, away from its ends."""
-    ways = ((holding, (time - begin) % length, pause) for holding, begin, pause in gaps)
-    return not gaps or any(not holding and margin <= way <= pause - margin for holding, way, pause in ways)
+    relative = ((holding, (time - begin) % length, pause) for holding, begin, pause in gaps)
+    return not gaps or any(not holding and margin <= elapsed <= pause - margin for holding, elapsed, pause in relative)
 
 
 def clear_places(gaps: Pauses, margin: float, length: float) -> Vector:

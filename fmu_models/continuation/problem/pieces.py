@@ -62,8 +62,8 @@ def pieces_of(declared: Map, backward: bool, parameters: tuple[str, ...]) -> Rul
     rule = {x: declared_rule[x].rewrite(sympy.Piecewise) for x in declared.states}
     borders: list[sympy.Expr] = []
     conditions: dict[Relational, tuple[int, int]] = {}
-    found = set().union(*(expression.atoms(Relational) for expression in rule.values()))
-    for condition in sorted(found, key=str):
+    relations = set().union(*(expression.atoms(Relational) for expression in rule.values()))
+    for condition in sorted(relations, key=str):
         if isinstance(condition, sympy.Eq | sympy.Ne):
             continue
         left, right = (sympy.sympify(side) for side in condition.args)

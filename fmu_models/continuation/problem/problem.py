@@ -30,6 +30,7 @@ import numpy as np
 from fmu_models.base.arrays import Complex, Vector
 from fmu_models.base.errors import StickslipError
 from fmu_models.sections.stability import product_eigenvalues
+from fmu_models.sections.strobe import Strobe
 from fmu_models.sections.system import SectionSystem
 
 Word = tuple[tuple[str, int, int], ...]
@@ -157,11 +158,7 @@ class Seen:
 
 
 def range_of(over: str, between: tuple[float, float]) -> tuple[float, float]:
-    """The least and the largest value of a parameter.
-
-    Raises:
-        StickslipError: they are no range.
-    """
+    """The least and the largest value of a parameter. StickslipError: they are no range."""
     low, high = sorted(float(bound) for bound in between)
     if not low < high or not np.isfinite([low, high]).all():
         raise StickslipError(f"A branch needs a range of '{over}', from one finite value to another, found {between}.")
@@ -231,22 +228,14 @@ class Problem(ABC):
 
     @abstractmethod
     def opened(self, second: str) -> Problem:
-        """The same over two parameters.
-
-        Raises:
-            StickslipError: no such parameter.
-        """
+        """The same over two parameters. StickslipError: no such parameter."""
 
     @abstractmethod
     def present(self, name: str) -> float:
         """The value of a parameter that is not an unknown."""
 
     def value_within(self, between: tuple[float, float]) -> float:
-        """The present value of the parameter.
-
-        Raises:
-            StickslipError: it is out of a range.
-        """
+        """The present value of the parameter. StickslipError: it is out of a range."""
         value = self.present(self.over)
         if not between[0] <= value <= between[1]:
             raise StickslipError(
@@ -257,18 +246,11 @@ class Problem(ABC):
 
     @abstractmethod
     def see(self, z: Vector) -> Seen:
-        """The run from z.
-
-        Raises:
-            StickslipError: there is none, or it has no derivative.
-        """
+        """The run from z. StickslipError: there is none, or it has no derivative."""
 
     def missed(self, z: Vector) -> Vector | None:
-        """The residual at z alone, where that costs far less than its derivatives; else None.
-
-        Raises:
-            StickslipError: there is no run.
-        """
+        """The residual at z alone, where that costs far less than its derivatives; else None. StickslipError: there is
+        no run."""
         return None
 
     def how(self, z: Vector, seen: Seen) -> str:
@@ -348,3 +330,26 @@ class Problem(ABC):
         """(..., n - neutral): those that may change."""
         indices = np.sort(np.argsort(np.abs(multipliers - 1.0), axis=-1)[..., self.neutral :], axis=-1)
         return np.take_along_axis(multipliers, indices, axis=-1)
+
+
+class OscillatorProblem(Problem):
+    """Of an oscillator, with values of parameters and inputs that are not at their default."""
+
+    strobe: Strobe
+
+    @property
+    def states(self) -> tuple[str, ...]:  # type: ignore[override]
+        return tuple(self.strobe.fmu.states)
+
+    @property
+    def cyclic(self) -> list[int]:
+        """Places of the states upon which nothing depends; of an FMU of others, which tells none, none."""
+        return self.strobe.drifting if self.strobe.fmu.ours else []
+
+    @property
+    def system(self) -> Strobe:
+        return self.strobe
+
+    def present(self, name: str) -> float:
+        value = self.strobe.values.get(name)
+        return self.strobe.fmu.start_of(name) if value is None else float(value)

@@ -57,15 +57,12 @@ class Runs:
         self, x: Vector, values: Iterable[float], times: Sequence[float]
     ) -> tuple[whole_run.Result, Vector, Vector, bool, whole_run.Passage]:
         """The run from states x (n,) at the first of the times (s), with these values of the parameters: what
-        ``whole_run.Differentiator.run`` gives, and what it passes.
-
-        Raises:
-            StickslipError: it cannot be made, or has no derivative.
-        """
+        ``whole_run.Differentiator.run`` gives, and what it passes. StickslipError: it cannot be made, or has no
+        derivative."""
         request = whole_run.Request(np.array(times, dtype=float), self._states)
         mixed = mixtures(len(x)) if self.large else None
-        how = self._initial(x, values), times[0], self._tolerance, mixed
-        result, by, by_times, one_sided = self._differentiator.run(request, *how)
+        arguments = self._initial(x, values), times[0], self._tolerance, mixed
+        result, by, by_times, one_sided = self._differentiator.run(request, *arguments)
         passage = self._differentiator.passage
         assert passage is not None
         if mixed is not None:

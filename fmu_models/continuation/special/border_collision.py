@@ -86,8 +86,8 @@ class Collision:
     def monodromies(self) -> list[Vector | None]:
         """(n, n) on the side before and on the other one; None where it is not finite or the rule jumps."""
         problem, pair = _problem(self.before), []
-        own = problem.sides_of(self.before.seen)
-        for sides in (own, _other(problem, own, self.miss)) if self.after else (own,):
+        own_sides = problem.sides_of(self.before.seen)
+        for sides in (own_sides, _other(problem, own_sides, self.miss)) if self.after else (own_sides,):
             monodromy = replace(problem, sides=sides).see(self.z).monodromy
             pair.append(monodromy if np.isfinite(monodromy).all() else None)
         return pair
@@ -99,8 +99,8 @@ class Collision:
         if self.after is None or all(monodromy is not None for monodromy in self.monodromies):
             return np.nan if self.after is None else 1.0
         problem, n, rough = _problem(self.before), len(self.before.problem.states), self.monodromies[0] is None
-        own = problem.sides_of(self.before.seen)
-        forced = replace(problem, sides=own if rough else _other(problem, own, self.miss))
+        own_sides = problem.sides_of(self.before.seen)
+        forced = replace(problem, sides=own_sides if rough else _other(problem, own_sides, self.miss))
         way = np.append(self.miss.gradient[:n] * (1.0 if rough else -1.0), 0.0)
         way *= NEAR / float(np.abs(way / self.before.scales).max())
         places = [self.z + k * way for k in (1.0, 2.0, 4.0)]
@@ -159,11 +159,11 @@ class Collision:
 def collision(node: Node, miss: Passing) -> Collision:
     """Where a point of a cycle comes to a border. Lost: it does not."""
     problem, scales = _problem(node), node.scales
-    own = problem.sides_of(node.seen)
-    other, opposite = _other(problem, own, miss), replace(miss, before=-miss.before, after=-miss.before)
+    own_sides = problem.sides_of(node.seen)
+    other_sides, opposite = _other(problem, own_sides, miss), replace(miss, before=-miss.before, after=-miss.before)
     rate = node.along(miss.gradient)
     guess, u = node.u + (-miss.value / rate if rate else 0.0) * node.tangent, None
-    for sides, like in ((own, miss), (other, opposite)):
+    for sides, like in ((own_sides, miss), (other_sides, opposite)):
         try:
             u = solved(replace(problem, sides=sides), scales, guess, value_border(like, 0.0), reach=REACH).u
             break
@@ -173,9 +173,9 @@ def collision(node: Node, miss: Passing) -> Collision:
         raise Lost("it does not come to the border")
     down = miss.gradient * scales
     down = down / float(down @ down)
-    before = _beside(problem, scales, u, own, miss, down)
-    jumps = _jumps(replace(problem, sides=other), u, scales)
-    after = None if jumps else _beside(problem, scales, u, other, opposite, -down)
+    before = _beside(problem, scales, u, own_sides, miss, down)
+    jumps = _jumps(replace(problem, sides=other_sides), u, scales)
+    after = None if jumps else _beside(problem, scales, u, other_sides, opposite, -down)
     return Collision(node if before is None else before.turned(), u * scales, miss, after)
 
 

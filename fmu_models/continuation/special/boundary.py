@@ -79,11 +79,8 @@ class Boundary:
         return (1.0 - q) * minus + q * plus
 
     def path(self, q: Vector) -> Complex:
-        """(m, n) eigenvalues of (1 - q) J- + q J+ at shares (m,).
-
-        Raises:
-            StickslipError: there is no equilibrium beyond, and so no such path.
-        """
+        """(m, n) eigenvalues of (1 - q) J- + q J+ at shares (m,). StickslipError: there is no equilibrium beyond, and
+        so no such path."""
         return hull(*self._pair(), q)
 
     def _pair(self) -> tuple[Vector, Vector]:

@@ -41,8 +41,8 @@ def sticking_along(node: Node) -> str:
     """The contact whose stick lets motions stand beside one another: a multiplier is 1. "" if none does."""
     own = node.problem.own(node.multipliers)
     neutral = not node.problem.still and own.size and np.abs(own - 1.0).min() < NEUTRAL
-    held = (miss.contact for miss in node.seen.misses if miss.before == STICK)
-    return next(held, "") if neutral else ""
+    stuck_contacts = (miss.contact for miss in node.seen.misses if miss.before == STICK)
+    return next(stuck_contacts, "") if neutral else ""
 
 
 def _largest(node: Node) -> float:

@@ -69,11 +69,8 @@ def _out_of_reach(event: Passing, node: Node, limit: Vector, share: float) -> Ve
 
 
 def with_event(touch: Touch, first: Node, event: Passing) -> tuple[Vector, float] | None:
-    """The monodromy matrix with an event that vanishes, and the parameter; None if it grows without bound.
-
-    Args:
-        first, event: a motion with the event, at a small speed of it.
-    """
+    """The monodromy matrix with an event that vanishes, and the parameter; None if it grows without bound. first,
+    event: a motion with the event, at a small speed of it."""
     speed = LIMIT_SPEED * event.far_speed(first.scales)
     nodes: list[tuple[float, Node]] = [(event.value, first)]
     node, current = first, event

@@ -75,8 +75,8 @@ def _placed(touch: Touch, miss: Passing) -> Touch | None:
     try:
         node = begun_after(touch.node, miss.time)
         same = node.seen.match(miss, (miss.time - touch.node.seen.length) % node.seen.length)
-        alike = (candidate for candidate in node.seen.misses if candidate.key == miss.key)
-        latest = max(alike, key=lambda candidate: candidate.time, default=same)
+        matches = (candidate for candidate in node.seen.misses if candidate.key == miss.key)
+        latest = max(matches, key=lambda candidate: candidate.time, default=same)
         return None if latest is None else from_miss(node, latest)
     except Lost:
         return None

@@ -108,14 +108,8 @@ class Special(SpecialPoint):
         }
 
     def switch(self, points: int = 2000) -> tuple[Any, ...]:
-        """The branches that leave here, each a ``Branch``, over the range of the one that it was met on.
-
-        Args:
-            points: of each, at most.
-
-        Raises:
-            StickslipError: none leaves at a point of this kind, or none was found.
-        """
+        """The branches that leave here, each a ``Branch``, over the range of the one that it was met on. points: of
+        each, at most. StickslipError: none leaves at a point of this kind, or none was found."""
         branches = self.follows(self, points)
         if not branches:
             raise StickslipError(
@@ -135,8 +129,8 @@ class Special(SpecialPoint):
         Raises:
             StickslipError: a kind that has no curve, no such parameter, a range that does not hold its present value.
         """
-        met = self.touch or self.collision
-        miss = met.miss if met else None
+        meeting = self.touch or self.collision
+        miss = meeting.miss if meeting else None
         return curve_of(self.kind, self.node, miss, second, between, self.between, points)
 
     def at(self, turns: float) -> Vector:
@@ -152,11 +146,8 @@ class Special(SpecialPoint):
 def special_of(
     finding: Found, between: tuple[float, float], follows: Callable[[Special, int], tuple[Any, ...]]
 ) -> Special:
-    """The special point of a finding on a branch over a range.
-
-    Args:
-        follows: the branches that leave a special, of so many points at most.
-    """
+    """The special point of a finding on a branch over a range. follows: the branches that leave a special, of so many
+    points at most."""
     node, touch = finding.node, finding.touch
     problem, kind = node.problem, finding.kind
     before, after = (side.word if side else node.word for side in (finding.before, finding.after))

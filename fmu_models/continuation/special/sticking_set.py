@@ -64,11 +64,7 @@ class _Place(EquilibriumProblem):
 
 def set_at(problem: EquilibriumProblem, scales: Vector, z: Vector, along: Vector | None = None) -> StickingSet | None:
     """The interval of equilibria about z; None where nothing sticks, or the equilibria fill no interval. Lost: there is
-    no equilibrium, or the interval has no end.
-
-    Args:
-        along: its sense.
-    """
+    no equilibrium, or the interval has no end. along: its sense."""
     seen = look(problem, z)
     if seen is None or not any(state == STICK for _, state, _ in seen.word):
         return None

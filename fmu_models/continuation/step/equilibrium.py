@@ -33,8 +33,8 @@ class EquilibriumFollower(Follower):
             self._add(boundary.before)
         self.way.meet(AtSurface("surface", boundary.before, boundary=boundary))
         if boundary.after is None:
-            place = f"the switching surface of '{boundary.contact}' at {node.problem.over} = {boundary.z[-1]:.9g}"
-            why = f"the equilibrium comes to {place}, and there is none beyond that stands alone"
+            where = f"the switching surface of '{boundary.contact}' at {node.problem.over} = {boundary.z[-1]:.9g}"
+            why = f"the equilibrium comes to {where}, and there is none beyond that stands alone"
             self.way.end = "surface", why
             return None
         self._add(boundary.after)

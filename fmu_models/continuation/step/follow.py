@@ -197,13 +197,13 @@ class Follower:
         elif homoclinic is not None:
             z = np.append(node.z[:-1], homoclinic.value)
             self.way.meet(Found(HOMOCLINIC, replace(node, z=z)))
-            place = zip(node.problem.states, homoclinic.point.tolist(), strict=True)
-            saddle = ", ".join(f"{name} = {value:.6g}" for name, value in place)
+            coordinates = zip(node.problem.states, homoclinic.point.tolist(), strict=True)
+            saddle = ", ".join(f"{name} = {value:.6g}" for name, value in coordinates)
             why = f"the period is without end at {node.problem.over} = {homoclinic.value:.12g}"
             self.way.end = "homoclinic", f"{why}: the cycle comes to the saddle {saddle}, and stays ever longer near it"
         elif chattering:
-            rest = f"'{chattering[0]}' comes to rest after infinitely many impacts"
-            self.way.end = "chatter", f"no motion in which {rest} follows at {at}"
+            reason = f"'{chattering[0]}' comes to rest after infinitely many impacts"
+            self.way.end = "chatter", f"no motion in which {reason} follows at {at}"
         elif sticks:
             why = "motions beside it are as good, none stands alone, and a multiplier is 1"
             self.way.end = "set", f"'{sticks}' sticks wherever it is at {at}: {why}"

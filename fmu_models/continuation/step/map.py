@@ -18,23 +18,23 @@ class MapFollower(Follower):
         near = [(-miss.value / rate, miss) for rate, miss in rates if rate < 0.0 and -miss.value / rate < AHEAD * step]
         for _, miss in sorted(near, key=lambda coming: coming[0]):
             try:
-                found = collision(node, miss)
+                colliding = collision(node, miss)
             except Lost as error:
                 reasons[f"border {miss.contact}"] = str(error)
                 continue
-            if self.between[0] <= found.z[-1] <= self.between[1]:
-                return Ahead("border", found)
+            if self.between[0] <= colliding.z[-1] <= self.between[1]:
+                return Ahead("border", colliding)
         return None
 
     def _across(self, node: Node, ahead: Ahead) -> tuple[Node, float] | None:
-        found: Collision = ahead.touch
-        if found.before is not node:
-            self._add(found.before)
-        sides = {"before": found.before, "after": found.after}
-        self.way.meet(Found(BORDER_COLLISION, found.before, **sides, collision=found))
-        if found.after is None:
-            at = f"'{found.miss.contact}' at {node.problem.over} = {found.z[-1]:.9g}"
+        touch: Collision = ahead.touch
+        if touch.before is not node:
+            self._add(touch.before)
+        sides = {"before": touch.before, "after": touch.after}
+        self.way.meet(Found(BORDER_COLLISION, touch.before, **sides, collision=touch))
+        if touch.after is None:
+            at = f"'{touch.miss.contact}' at {node.problem.over} = {touch.z[-1]:.9g}"
             self.way.end = "jump", f"a point of the cycle comes to the border {at}, and the rule jumps there"
             return None
-        self._add(found.after)
-        return found.after, float(np.linalg.norm(found.after.u - found.z / node.scales))
+        self._add(touch.after)
+        return touch.after, float(np.linalg.norm(touch.after.u - touch.z / node.scales))

@@ -66,8 +66,8 @@ def between(before: Node, after: Node, u: Vector) -> bool:
 
 def passes(nodes: Sequence[Node], node: Node) -> bool:
     """Whether a branch of these nodes runs through a motion, begun in whichever period of the forcing."""
-    near = CLOSED * node.scales[-1]
-    neighbours = [other for other in nodes if other.word == node.word and abs(other.value - node.value) <= near]
+    tolerance = CLOSED * node.scales[-1]
+    neighbours = [other for other in nodes if other.word == node.word and abs(other.value - node.value) <= tolerance]
     for other in neighbours:
         if any(np.abs(z / other.scales - other.u).max() <= CLOSED for z in images(node, other)):
             return True

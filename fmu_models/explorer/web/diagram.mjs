@@ -1,4 +1,6 @@
 // The bifurcation diagram: many settled motions over one parameter, made by workers; a click takes a value to the page.
+// It begins over what forces the motion, as soon as it is in view.
+import { Engine } from "./engine.mjs";
 import { deal } from "./sweep.mjs";
 import { brief } from "./plot.mjs";
 import { element, palette } from "./elements.mjs";
@@ -8,17 +10,46 @@ export class Diagrams extends Pictures {
   draw() {
     super.draw();
     if (this.motion && this.swept) this.drawSweep(palette());
+    else this.begin();
+  }
+
+  get movable() {
+    return [...this.model.parameters, ...this.model.inputs];
   }
 
   rangeOf() {
-    const q = [...this.model.parameters, ...this.model.inputs][Number(element("over").value)];
+    const q = this.movable[Number(element("over").value)];
     if (!q) return;
     element("from").value = q.low;
     element("to").value = q.high;
   }
 
+  // around the value of what forces the motion; later, where nothing is seen or no motion is known to its end
+  begin() {
+    if (!this.seen || !this.motion?.complete || this.motion.refused !== null || !(this.period > 0 || this.state.section)) return;
+    const k = this.forcing(), q = this.movable[k], value = this.state.values[this.settable.indexOf(q)];
+    element("over").value = k;
+    this.rangeOf();
+    const [low, high] = [value / 2, (3 * value) / 2].map((end) => Number(Math.min(Math.max(end, q.low), q.high).toPrecision(6)));
+    if (low < high) (element("from").value = low), (element("to").value = high);
+    this.diagram();
+  }
+
+  // place of what forces the motion: the frequency, by which its period changes; what is said to force or to drive; an input
+  forcing() {
+    const { movable } = this, engine = new Engine(this.module), values = Float64Array.from(this.state.values);
+    const period = () => (engine.start(values) === null ? engine.period : 0);
+    for (let k = 0; this.period > 0 && k < this.model.parameters.length; k++) {
+      values[k] *= 1.01;
+      if (Math.abs(period() / this.period - 1) > 1e-6) return k;
+      values[k] = this.state.values[k];
+    }
+    const said = movable.findIndex(({ meaning }) => /forcing|belt speed|speed of the|drive speed/.test(meaning));
+    return said >= 0 ? said : this.model.inputs.length ? this.model.parameters.length : 0;
+  }
+
   diagram() {
-    const q = [...this.model.parameters, ...this.model.inputs][Number(element("over").value)];
+    const q = this.movable[Number(element("over").value)];
     const [low, high, count] = ["from", "to", "count"].map((id) => Number(element(id).value));
     if (!q || !Number.isFinite(low) || !Number.isFinite(high) || low === high || !(count >= 2 && count <= 2000)) {
       return this.note("A diagram goes over 2 to 2000 values from one number to another.");

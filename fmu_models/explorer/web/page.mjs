@@ -138,7 +138,7 @@ export class Page extends Diagrams {
     };
     options(element("plane"), model.planes.map(([i, j]) => `${model.states[j].name} over ${model.states[i].name}`), 0);
     options(element("series-of"), this.drawable().map((q) => q.name), 0);
-    options(element("over"), [...model.parameters, ...model.inputs].map((q) => q.name), 0);
+    options(element("over"), this.movable.map((q) => q.name), 0);
     element("plane").onchange = (e) => this.set("plane", Number(e.target.value));
     element("series-of").onchange = (e) => this.set("series", Number(e.target.value));
     element("over").onchange = () => (this.rangeOf(), this.diagram());
@@ -171,6 +171,12 @@ export class Page extends Diagrams {
       this.simulate();
     });
     this.rangeOf();
+    new IntersectionObserver((seen, observer) => {
+      if (!seen.some(({ isIntersecting }) => isIntersecting)) return;
+      observer.disconnect();
+      this.seen = true;
+      if (!this.swept) this.begin();
+    }).observe(element("sweeps"));
   }
 
   slider(q) {

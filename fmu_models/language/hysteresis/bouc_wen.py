@@ -24,10 +24,7 @@ from fmu_models.language.quantities import InternalState
 @dataclass(frozen=True)
 class BoucWen(HysteresisLaw):
     """A spring of stiffness ``k`` (N/m) that gives way by ``beta`` and ``gamma`` (1/m^n) to the power ``n``.
-
-    Raises:
-        StickslipError: n is neither.
-    """
+    StickslipError: n is neither."""
 
     k: Expr
     beta: Expr

@@ -105,8 +105,8 @@ class Hysteresis(Contact):
     def _symbols(self, row: str, unit: str) -> tuple[ContactSymbol, ContactSymbol, ContactSymbol]:
         names = {"force": per_second(unit), "value": unit, "sign": "1"}
         force, value, sign = (
-            ContactSymbol._create(f"{self.name}_{row}_{what}", of, f"{what} of {row} of {self.name}")
-            for what, of in names.items()
+            ContactSymbol._create(f"{self.name}_{row}_{quantity}", of, f"{quantity} of {row} of {self.name}")
+            for quantity, of in names.items()
         )
         return force, value, sign
 
@@ -213,19 +213,17 @@ class Hysteresis(Contact):
         speed = units.expect(f"the way of contact '{self.name}'", self.speed, None)
         units.known[self.pile] = units.expect(f"the law of contact '{self.name}'", self._law, None)
         force = units.expect(f"the law of contact '{self.name}'", self.resistance, None)
-        if force is not None and speed is not None:
-            units.match(f"the force of contact '{self.name}' times its speed", units.times(force, speed), "W")
+        units.match(f"the force of contact '{self.name}' times its speed", units.product(force, speed), "W")
         units.known[self.force] = force
         self._check_rates(units)
         for element in self.array:
             bound = units.expect(f"'{self.name}_next'", element.bound, None)
-            if way is not None:
-                units.compare(f"a bound of contact '{self.name}'", bound, way)
+            units.compare(f"a bound of contact '{self.name}'", bound, way)
         for row in self.rows:
             if row.elements:
                 continue
             dimension = units.expect(f"'{row.name}'", row.function, None)
-            if row.outflow is not None and way is not None:
+            if row.outflow is not None:
                 units.compare(f"a bound of contact '{self.name}'", dimension, way)
             for state, rate in row.carries.items():
                 units.expect(f"the rate of {state.name}", rate * self.speed, per_second(state.unit))

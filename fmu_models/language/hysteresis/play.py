@@ -23,18 +23,15 @@ from fmu_models.language.quantities import InternalState
 
 @dataclass(frozen=True)
 class Play(HysteresisLaw):
-    """A backlash of ``w`` (m or rad) to either side before ``law``.
-
-    Raises:
-        StickslipError: a law that moves while its way stands.
-    """
+    """A backlash of ``w`` (m or rad) to either side before ``law``. StickslipError: a law that moves while its way
+    stands."""
 
     law: HysteresisLaw
     w: Expr
 
     def __post_init__(self) -> None:
-        known = isinstance(self.law, HysteresisLaw)
-        if not known or not (isinstance(self.law, Sliders) or self._rests()):
+        has_memory = isinstance(self.law, HysteresisLaw)
+        if not has_memory or not (isinstance(self.law, Sliders) or self._rests()):
             raise StickslipError(
                 "Play stands before a law that rests while its way does, such as MaxwellSlip, Dahl or BoucWen; found "
                 f"{type(self.law).__name__}. Declare a body without friction between the play and the force."

@@ -47,11 +47,8 @@ class Sliders(HysteresisLaw):
 
 @dataclass(frozen=True)
 class MaxwellSlip(Sliders):
-    """Springs of stiffness ``k`` (N/m each), whose sliders give way at elongations ``D`` (m each).
-
-    Raises:
-        StickslipError: no element, or not as many bounds as springs.
-    """
+    """Springs of stiffness ``k`` (N/m each), whose sliders give way at elongations ``D`` (m each). StickslipError: no
+    element, or not as many bounds as springs."""
 
     k: Sequence[Expr]
     D: Sequence[Expr]

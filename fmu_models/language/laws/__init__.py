@@ -11,11 +11,7 @@ LAWS: Registry[Any] = Registry(kind="law", package=__name__, attribute="LAW", gr
 
 
 def load(reference: str, beside: Path | None = None) -> type[Any]:
-    """The class of a law, as `Registry.load` finds it.
-
-    Raises:
-        StickslipError: as there, or it is none.
-    """
+    """The class of a law, as `Registry.load` finds it. StickslipError: as there, or it is none."""
     law = LAWS.load(reference, beside)
     if not (isinstance(law, type) and is_dataclass(law) and hasattr(law, "force")):
         raise StickslipError(

@@ -13,11 +13,11 @@ from typing import ClassVar
 
 import sympy
 
-from fmu_models.language.contacts import Requirement
+from fmu_models.language.stops import StopLaw
 
 
 @dataclass(frozen=True)
-class KelvinVoigt:
+class KelvinVoigt(StopLaw):
     """Stop of stiffness ``k`` (N/m) and damping ``c`` (N s/m)."""
 
     k: sympy.Expr
@@ -26,15 +26,6 @@ class KelvinVoigt:
 
     def force(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
         return self.k * depth + self.c * rate
-
-    def release(self, depth: sympy.Expr, rate: sympy.Expr, memory: sympy.Expr) -> sympy.Expr:
-        """The force itself, N."""
-        return self.force(depth, rate, memory)
-
-    @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """None: a stop that pushes nothing is harmless."""
-        return ()
 
 
 LAW = KelvinVoigt

@@ -16,10 +16,11 @@ from typing import ClassVar
 import sympy
 
 from fmu_models.language.contacts import Requirement
+from fmu_models.language.stops import StopLaw
 
 
 @dataclass(frozen=True)
-class LankaraniNikravesh:
+class LankaraniNikravesh(StopLaw):
     """Stop of stiffness ``k`` (N/m^n), exponent ``n`` (a number) and coefficient of ``restitution``."""
 
     k: sympy.Expr

@@ -10,22 +10,21 @@ Source: Canudas de Wit, Olsson, Astrom, Lischinsky, A new model for control of s
 Transactions on Automatic Control 40 (1995), equations (2) to (4), without viscous friction.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import ClassVar, Self
 
 import sympy
 
-from fmu_models.language.contacts import Requirement
+from fmu_models.language.contacts import Law, Requirement
 from fmu_models.language.dry_friction import DryFriction, fixed_factors, parts_around
 from fmu_models.language.law_parameter import declared
 from fmu_models.language.laws.conti import Conti
-from fmu_models.language.quantities import InternalState, State
+from fmu_models.language.quantities import InternalState
 
 
 @dataclass(frozen=True)
-class LuGre:
+class LuGre(Law):
     """Bristles of stiffness ``sigma0`` and damping ``sigma1`` whose steady force is that of the law ``steady``."""
 
     steady: DryFriction
@@ -52,11 +51,6 @@ class LuGre:
     def full(self) -> tuple[sympy.Expr, ...]:
         """The deflection at breakaway."""
         return (self.capacity / self.sigma0,)
-
-    @property
-    def renewed(self) -> Mapping[State, sympy.Expr]:
-        """None: bristles do not jump."""
-        return {}
 
     @property
     def capacity(self) -> sympy.Expr:

@@ -29,7 +29,7 @@ ROOM = 293.15  # K
 
 @final
 @dataclass(frozen=True)
-class Warmed:
+class Warmed(Law):
     """Friction of the law ``law`` times 1 + a_T (T - T_ref)."""
 
     sticks: ClassVar[bool] = True

@@ -84,11 +84,7 @@ def period(scene: Scene, parameters: Mapping[str, float], fmu: Fmu | None = None
 
 
 def constants_of(scene: Scene, run: Mapping[str, Any]) -> dict[str, float]:
-    """Parameters and drives of the arguments of ``simulate``.
-
-    Raises:
-        StickslipError: a drive that moves.
-    """
+    """Parameters and drives of the arguments of ``simulate``. StickslipError: a drive that moves."""
     moving = [name for name, value in run["inputs"].items() if not isinstance(value, int | float)]
     if moving:
         raise StickslipError(f"'{moving[0]}' of scene '{scene.name}' moves; a family of motions takes constant drives.")
@@ -99,10 +95,7 @@ def section_of(
     scene: Scene, fmu: Fmu, parameters: Mapping[str, float], inputs: Mapping[str, Any]
 ) -> Strobe | Crossing | Impacts | ReturnMap | Iteration:
     """The section that a scene names; where its frequency is free, the period follows that. Of a map every step.
-
-    Raises:
-        StickslipError: a drive that moves, or as the section does.
-    """
+    StickslipError: a drive that moves, or as the section does."""
     constants = constants_of(scene, {"parameters": parameters, "inputs": inputs})
     computation = scene.compute
     if scene.of_map:
@@ -128,18 +121,14 @@ def section_at(
         ((state, value),) = computation.level.items()
         if computation.returns:
             section = Section(state, value, -1 if computation.down else 1)
-            how: dict[str, Any] = {"cap": computation.cap, "start": start, "accept": computation.accept}
-            return ReturnMap(fmu, computation.returns, section=section, **how, parameters=common["parameters"])
+            options: dict[str, Any] = {"cap": computation.cap, "start": start, "accept": computation.accept}
+            return ReturnMap(fmu, computation.returns, section=section, **options, parameters=common["parameters"])
         return Crossing(fmu, state, value, -1 if computation.down else 1, **common)
     return Strobe(fmu, every=computation.periods, autonomous=computation.autonomous, **common)
 
 
 def periods_of(run: Mapping[str, Any], length: float) -> int:
-    """How many periods of a strobe, s, fit into the run.
-
-    Raises:
-        StickslipError: fewer than two.
-    """
+    """How many periods of a strobe, s, fit into the run. StickslipError: fewer than two."""
     count = int(run["stop_time"] / length * (1.0 + 1e-12))
     if count < 2:
         raise StickslipError(f"The run of {run['stop_time']:g} s is shorter than two periods of {length:g} s.")
@@ -147,11 +136,8 @@ def periods_of(run: Mapping[str, Any], length: float) -> int:
 
 
 def strobe_of(scene: Scene, fmu: Fmu, run: Mapping[str, Any]) -> tuple[SectionSystem, int]:
-    """The strobe of a scene, or its map, and how many of its steps fit into the run.
-
-    Raises:
-        StickslipError: a drive that moves, or a run shorter than two periods.
-    """
+    """The strobe of a scene, or its map, and how many of its steps fit into the run. StickslipError: a drive that
+    moves, or a run shorter than two periods."""
     system = section_of(scene, fmu, run["parameters"], run["inputs"])
     length = float(system.repeats(system.periods({}, 1))[0]) if isinstance(system, Strobe) else 1.0
     return system, periods_of(run, length)

@@ -47,7 +47,7 @@ def draw(comparison: MethodComparison) -> Figure:
         axis.set_ylabel("error of the end state (in nominal values, 1)")
     axes[2].set_ylabel("largest error of an event time (s)")
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=10)
     figure.suptitle(f"{comparison.title}: {comparison.stop_time:g} s")
     return figure
 

@@ -6,7 +6,6 @@ import csv
 import math
 import platform
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -111,46 +110,34 @@ def write_csv(comparisons: Sequence[MethodComparison], path: Path, *, overwrite:
                 ])  # fmt: skip
 
 
-STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1500px; padding: 0 1em; color: #111; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: .15em .7em; text-align: left; border-bottom: 1px solid #ddd; white-space: nowrap; }
-th { white-space: normal; vertical-align: bottom; } .number { text-align: right; } caption { display: none; }
-tbody th { font-weight: normal; } svg { width: 100%; height: auto; } .wide { overflow-x: auto; }
-"""
-
-
 def write_page(comparisons: Sequence[MethodComparison], path: Path, *, overwrite: bool) -> None:
     """One HTML file with diagrams and tables inside; it asks the network for nothing. StickslipError: the file exists
     or cannot be written."""
-    sections = ["<h1>Error against run time</h1>", f"<p>{escape(CAPTION)} Measured on {escape(machine())}.</p>"]
-    for number, comparison in enumerate(comparisons):
-        sections += _section(comparison, f"scene{number}")
-    text = (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>Error against run time</title>'
-        f"<style>{STYLE}</style></head>\n<body>\n" + "\n".join(sections) + "\n</body></html>\n"
-    )
+    from fmu_models.report.document import document
+
+    about = f"{CAPTION} Measured on {machine()}."
+    sections = [
+        part for number, comparison in enumerate(comparisons) for part in _section(comparison, f"scene{number}")
+    ]
+    text = document("Error against run time", about, sections, broad=True)
     with write_whole(path, overwrite=overwrite) as temporary:
         temporary.write_text(text, "utf-8")
 
 
 def _section(comparison: MethodComparison, prefix: str) -> list[str]:
-    from fmu_models.report.inline_svg import inline_svg
+    from fmu_models.report.document import bullets, drawing, paragraph, section
     from fmu_models.validation.bench.diagram import draw
 
-    items = "".join(
-        f"<li><b>{escape(', '.join(names))}</b>: {escape(why)}</li>" for why, names in _grouped(comparison).items()
-    )
+    failed = [f"{', '.join(names)}: {why}" for why, names in _grouped(comparison).items()]
     events = "" if comparison.expected is None else f" {comparison.expected} events."
-    return [
-        f"<h2>{escape(comparison.title)}</h2>",
-        f"<p>{escape(comparison.name)}, {comparison.stop_time:g} s.{events} "
-        f"Reference: {escape(comparison.reference)}.</p>",
-        f"<p>{escape(comparison.shortened)}</p>" if comparison.shortened else "",
-        inline_svg(draw(comparison), prefix, f"{comparison.title}: error against cost by method")
-        if comparison.rows
-        else "<p>No method has finished.</p>",
+    caption = f"{comparison.title}: error against cost by method"
+    said = [f"{comparison.name}, {comparison.stop_time:g} s.{events} Reference: {comparison.reference}."]
+    said += [comparison.shortened] if comparison.shortened else []
+    said += ["Interrupted: not everything was run."] if comparison.interrupted else []
+    parts = [
+        *map(paragraph, said),
+        drawing(draw(comparison), prefix, caption) if comparison.rows else paragraph("No method has finished."),
         comparison_table(comparison).html(),
-        f"<h3>Without a result</h3><ul>{items}</ul>" if items else "",
-        "<p>Interrupted: not everything was run.</p>" if comparison.interrupted else "",
+        *(["<h3>Without a result</h3>", bullets(failed)] if failed else []),
     ]
+    return [section(f"{prefix}-section", comparison.title, parts, folded=False)]

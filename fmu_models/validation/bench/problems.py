@@ -21,14 +21,9 @@ STOP_TIME = 20.0  # s, of a model without a scene
 
 
 def problem(name: str, until: float | None = None) -> MethodProblem:
-    """The problem of a scene (a TOML file, or the name of one that comes along) or of a model with its defaults.
-
-    Args:
-        until: s, end of the run; that of the scene, or 20 s, if None.
-
-    Raises:
-        StickslipError: there is no such scene or model, or the time is not positive.
-    """
+    """The problem of a scene (a TOML file, or the name of one that comes along) or of a model with its defaults. until:
+    s, end of the run; that of the scene, or 20 s, if None. StickslipError: there is no such scene or model, or the time
+    is not positive."""
     if until is not None and not 0.0 < until < float("inf"):
         raise StickslipError(f"The run must end after it starts, at a finite time; found {until:g} s.")
     return of_scene(_scene(name), until)

@@ -144,12 +144,8 @@ class _Entry:
 def compare(
     problem: MethodProblem, methods: Sequence[Method], progress: Callable[[float], None] = lambda _: None
 ) -> MethodComparison:
-    """Run everything; an interrupt from the keyboard ends it early and keeps what there is.
-
-    Raises:
-        StickslipError: there is no reference.
-        KeyboardInterrupt: before there is one.
-    """
+    """Run everything; an interrupt from the keyboard ends it early and keeps what there is. StickslipError: there is no
+    reference. KeyboardInterrupt: before there is one."""
     started = time.monotonic()
     requested = problem.stop_time
     problem, solution = _comparable(problem, lambda: progress(min(0.3, (time.monotonic() - started) / 60.0)))

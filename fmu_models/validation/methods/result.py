@@ -115,12 +115,8 @@ class Method(Protocol):
         ...
 
     def prepare(self, problem: MethodProblem) -> Callable[[float], MethodRun]:
-        """Everything that is done once per problem; what it returns makes a run at a tolerance.
-
-        Raises:
-            NotTreated: the method cannot treat the model.
-            NotInstalled: it needs a package that is not there.
-        """
+        """Everything that is done once per problem; what it returns makes a run at a tolerance. NotTreated: the method
+        cannot treat the model. NotInstalled: it needs a package that is not there."""
         ...
 
 

@@ -63,10 +63,7 @@ class Trial:
         """Simulate; values come back in the units of the case, whatever the ``scale`` (exponents of two).
 
         ``start`` replaces start values of the case; with a ``mirror`` states come back with their signs turned again.
-
-        Raises:
-            StickslipError: refused by the engine.
-            AllowanceSpentError: too many steps.
+        StickslipError: refused by the engine. AllowanceSpentError: too many steps.
         """
         case, fmu = self.case, self.fmu
         second = 2.0 ** scale[2]

@@ -121,3 +121,11 @@ def test_numbers_of_every_kind():
     assert measured(0.65, 0.015) == Cell("0.650 ± 0.015", "number")
     assert interval(0.6493, None, 0.015).words == "0.649 .. open"
     assert number(None).words == "" and sd(None).words == ""
+
+
+def test_some_columns_stand_in_the_order_that_is_asked_for():
+    whole = table("what", ("name", "a", PrintedColumn("b", "m", spare=1)), [["x", "1", number(2.0)], ["y", "3", "4"]])
+    part = whole.taking("b", "a")
+    assert [column.words for column in part.columns] == ["name", "b (m)", "a"]
+    assert [[cell.words for cell in row] for row in part.rows] == [["x", "2", "1"], ["y", "4", "3"]]
+    assert 'tabindex="0" role="group" aria-label="what"' in part.html()

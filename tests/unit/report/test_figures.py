@@ -132,6 +132,13 @@ def test_a_figure_in_a_page_says_what_was_drawn(name):
     assert sorted(read) == sorted(drawn)
 
 
+def test_texts_of_a_figure_in_a_page_are_never_smaller_than_twelve_pixels():
+    figure = Figure(figsize=(5.0, 3.0))
+    figure.text(0.5, 0.5, "ten points", fontsize=10)
+    figure.text(0.5, 0.8, "twenty", fontsize=20)
+    assert 'style="min-width: 432px"' in inline_svg(figure, "one", "what it shows")  # 360 points, of 10 px to 12
+
+
 def test_drawn_lines_are_shortened():
     figure = narrow()
     svg = inline_svg(figure, "one", "what it shows")

@@ -52,6 +52,20 @@ def test_a_library_is_compiled_once(compiler: list[list[str]], tmp_path: Path) -
     assert first.read_bytes() == second.read_bytes()
 
 
+def test_a_first_build_that_takes_long_says_why_once(
+    compiler: list[list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    if not toolchain.compiler_for().cross:
+        pytest.skip("the system's compiler prepares no C library")
+    monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(tmp_path / "zig"))
+    monkeypatch.setattr(toolchain, "PATIENCE", 0.01)
+    compile_shared(SOURCE, tmp_path / "first.so")
+    said = capfd.readouterr().err
+    assert said.startswith("stickslip: the first build for ") and len(said.splitlines()) == 1
+    compile_shared({"all.c": SOURCE["all.c"].replace("42", "43")}, tmp_path / "second.so")
+    assert len(compiler) == 2 and not capfd.readouterr().err
+
+
 def test_a_header_that_changes_makes_another_library(compiler: list[list[str]], tmp_path: Path) -> None:
     body = '#include "of/two/n.h"\n' + SOURCE["all.c"].replace("42", "N")
     for n in (1, 2):

@@ -256,7 +256,7 @@ def test_tables_show_what_is_known_of_a_fit() -> None:
         "64%",
         "Collinearity index 47 (nearly collinear): p up 1 % with mu_s up 0.16 %",
         "coloured in fast (the deviations allow for it)",
-        "beyond 3 standard errors in 1 of 2 ranges",
+        "beyond 3.5 standard errors in 1 of 2 ranges",
         "bootstrap)",
     ):
         assert said in text, said

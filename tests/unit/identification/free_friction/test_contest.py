@@ -26,7 +26,7 @@ from identification.free_friction.result import COEFFICIENTS
 from identification.measurement.pooling import pool
 from rig_io.bench.emulation import MicroSlip
 from rig_io.bench.emulator import emulate, standard_set
-from rig_io.logs.log import RigLog
+from rig_io.logs.log import EncoderCalibration, RigLog
 
 TRUTH = np.array([0.65, 0.35, 15.0])
 SPEEDS = (0.41, 0.83)
@@ -71,6 +71,29 @@ def test_a_disturbance_that_is_known_is_named_and_the_law_holds(name: str) -> No
         assert cause.size == pytest.approx(size, rel=0.25)
     assert np.all(np.abs(off(fit)) < 3)
     assert fit.free is not None and fit.free.explains
+
+
+def on_motor(seed: int, **belt: float) -> list[RigLog]:
+    """The disc turns by two per cent less than an encoder shows that turns twice as often."""
+    made = logs(seed, Faults(drive=lambda turned: 0.02 * turned))
+    encoder = EncoderCalibration(500, ratio=2.0, **belt)
+    return [replace(log, calibration=replace(log.calibration, drive0=encoder)) if log.contacts else log for log in made]
+
+
+def test_a_gear_does_not_creep() -> None:
+    assert [term.cause for term in terms_of(pool(on_motor(4)), ["belt"])] == ["belt"]
+    with pytest.raises(StickslipError, match=r"cannot show a disturbance 'belt': .* behind a gear"):
+        terms_of(pool(on_motor(4, creep_deviation=0.0)), ["belt"])
+
+
+@pytest.mark.nightly
+def test_a_belt_that_creeps_is_named_where_nobody_knows_and_the_law_holds() -> None:
+    fit = fit_friction(on_motor(4), law_spread="none")
+    (cause,) = fit.causes
+    assert cause.name == "belt" and cause.size == pytest.approx(0.02, rel=0.3) and "r" in cause.alike
+    assert np.all(np.abs(off(fit)) < 3)
+    known = fit_friction(on_motor(4, creep=0.02, creep_deviation=0.003), law_spread="none")
+    assert known.causes == () and np.all(np.abs(off(known)) < 3)
 
 
 @pytest.mark.nightly

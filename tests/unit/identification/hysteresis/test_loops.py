@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -80,6 +81,16 @@ def test_a_force_the_other_way_round_is_turned_and_exchanged_columns_are_refused
         read_loop(written(tmp_path / "swapped.csv", {"x": force, "force": way}))
     both = read_loop(written(tmp_path / "both.csv", {"x": force, "force": -way}))
     assert any("Are the columns swapped" in note for note in both.notes)
+
+
+def test_a_log_that_was_read_is_checked_once(tmp_path, loop, monkeypatch) -> None:
+    way, force = loop
+    log = read_loop(written(tmp_path / "loop.csv", {"x": way, "force": force}))
+    assert log.checked and not replace(log, force=-force).checked
+    monkeypatch.setattr("identification.hysteresis.read.fit_sliders", None)
+    identify_hysteresis(log, laws=[])
+    with pytest.raises(TypeError):
+        identify_hysteresis(replace(log, force=-force), laws=[])
 
 
 def test_a_load_that_is_none_is_said_and_left_out(tmp_path, loop) -> None:

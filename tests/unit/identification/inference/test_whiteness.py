@@ -48,8 +48,8 @@ def test_colour_is_seen_but_is_no_fault_of_the_model() -> None:
 
 def test_false_alarms_are_rare_whatever_the_colour() -> None:
     tests = [whiteness(evaluation(noise(seed, colour)), "ab") for colour in (0.0, 0.9) for seed in range(100)]
-    # 12 ranges at 3 standard errors: 3 % of fits; courses: 0.1 %
-    assert sum(bool(one.beyond) for one in tests) <= 14
+    # 12 ranges at 3.5 standard errors: 0.6 % of fits; courses: 0.1 %
+    assert sum(bool(one.beyond) for one in tests) <= 5
     assert sum(bool(one.repeated) for one in tests) <= 2
     chance = np.array([log.colour for one in tests[:100] for log in one.logs])
     assert np.mean(chance < 0.05) == pytest.approx(0.05, abs=0.05)
@@ -69,7 +69,7 @@ def test_a_range_of_slip_speeds_that_is_missed_is_named() -> None:
     found = whiteness(evaluation(noise(3) + 0.5 * fast), ("slow", "fast"))
     (worst,) = found.beyond
     assert worst.slip == pytest.approx(float(np.mean(here.slip[fast])), rel=0.01)
-    assert worst.deviations > 3 and worst.mean == pytest.approx(0.5, abs=0.15)
+    assert worst.deviations > 3.5 and worst.mean == pytest.approx(0.5, abs=0.15)
     assert f"{worst.slip:.3g} m/s" in found.warnings[0] and "stickslip laws" in found.warnings[0]
 
 

@@ -120,7 +120,7 @@ def test_a_motion_without_stick_agrees_with_another_and_with_no_cycle() -> None:
     assert agree[1].value == pytest.approx(0.02)
     (only,) = compare_motions(sliding, cycle())
     assert only.passed is False
-    assert only.meaning == "measured: steady sliding; model: stick on {0}"
+    assert only.meaning == "measured: steady sliding; model: stick on disc0"
 
 
 def two(first: slice, second: slice) -> Portrait:
@@ -131,7 +131,7 @@ def two(first: slice, second: slice) -> Portrait:
 
 
 def test_the_sequence_of_sticks_in_words() -> None:
-    assert two(slice(50, 120), slice(100, 200)).words == "stick on {0} -> {0, 1} -> {1}"
+    assert two(slice(50, 120), slice(100, 200)).words == "stick on disc0, disc0 and disc1, disc1"
     assert two(slice(50, 90), slice(100, 200)).sequence == (("disc0",), ("disc1",))
     # one that lasts over the beginning of the cycle is one; where a cycle begins does not count
     over = two(slice(350, 400), slice(100, 200))
@@ -140,10 +140,10 @@ def test_the_sequence_of_sticks_in_words() -> None:
     assert compare_motions(over, two(slice(50, 90), slice(100, 200)))[0].passed
     assert not compare_motions(over, two(slice(50, 120), slice(100, 200)))[0].passed
     # shorter than the level of acceptance: none
-    assert two(slice(50, 55), slice(100, 200)).words == "stick on {1}"
+    assert two(slice(50, 55), slice(100, 200)).words == "stick on disc1"
     near = two(slice(50, 90), slice(100, 200))
     near = replace(near, sticks={**near.sticks, "disc0": replace(near.sticks["disc0"], real=False)})
-    assert near.words == "stick on {1}"
+    assert near.words == "stick on disc1"
 
 
 TIME = np.arange(20_000) / 1000

@@ -97,7 +97,7 @@ def test_tables_and_sentences_show_values_verdicts_and_what_a_pass_means() -> No
     console = Console(width=160, record=True, file=io.StringIO())
     console.print(comparison_report([family()]))
     text = console.export_text()
-    for shown in ("a < b", "FAIL", "pass", "no more", "+20 %", "same motion", "steady sliding", "stick on {0}"):
+    for shown in ("a < b", "FAIL", "pass", "no more", "+20 %", "same motion", "steady sliding", "stick on disc0"):
         assert shown in text
     told = bifurcation_sentences(family())
     assert told[0].startswith(

@@ -34,7 +34,7 @@ def state() -> WatchState:
 
 def test_the_figure_has_a_panel_a_value_over_the_time_of_its_logs(state: WatchState) -> None:
     panels = watch_figure(state).axes
-    assert [panel.get_ylabel() for panel in panels] == ["mu_s", "mu_k", "p"]
+    assert [panel.get_ylabel() for panel in panels] == ["mu_s", "mu_k", "p (s/m)"]
     # the time is shared, and named once, below all of them
     assert [panel.get_xlabel() for panel in panels] == ["", "", "time (UTC)"]
     (points, _, (bars,)) = panels[0].containers[0]  # type: ignore[misc]
@@ -72,9 +72,9 @@ def test_the_table_has_the_latest_log_first_and_what_was_called_or_refused(state
 def test_the_page_is_loaded_anew_and_holds_what_was_called_as_text(state: WatchState, tmp_path: Path) -> None:
     write_page(tmp_path / "watch.html", state, tmp_path, 0.2)
     text = (tmp_path / "watch.html").read_text("utf-8")
-    assert 'content="1"' in text  # s, at least one
+    assert "every 1 s" in text and "1000 * 1)" in text  # s, at least one
     assert "beyond &lt;its&gt; limits" in text and "<its>" not in text
     assert "Conti" in text and text.count("<svg") == 1
     write_page(tmp_path / "watch.html", WatchState("Conti", "shooting"), tmp_path, 12.4)
     text = (tmp_path / "watch.html").read_text("utf-8")
-    assert 'content="12"' in text and "<svg" not in text
+    assert "every 12 s" in text and "<svg" not in text

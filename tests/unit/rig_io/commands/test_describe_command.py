@@ -11,7 +11,7 @@ from whole_application import app
 
 from fmu_models.base.errors import StickslipError
 from rig_io.description.answers import Answers
-from rig_io.description.draft import draft
+from rig_io.description.draft import draft, write
 from rig_io.description.figure import columns_figure
 from rig_io.readers import csv_log
 
@@ -39,6 +39,23 @@ def test_the_fit_that_is_proposed_takes_a_decay_of_another_folder_where_there_is
     assert "run.csv: stick-slip (as said)" in shown and "laser [mm]" not in shown
     assert re.search(r"laser +laser +mm +\d+ %", shown)  # what nobody was asked about is shown
     assert shown.split("Fit:")[1].split() == ["stickslip", "fit", str(other), str(decay)]
+
+
+def test_kinds_that_were_confirmed_are_known_of_like_logs(tmp_path: Path) -> None:
+    logs, other = tmp_path / "logs", tmp_path / "other"
+    for path in (logs / "run.csv", logs / "decay.csv", other / "again.csv", other / "decay2.csv"):
+        swing(path)
+    first = draft([logs], Answers(kinds={"run.csv": "stick-slip"}))
+    write(first)
+
+    def said(folder: Path) -> dict[str, bool]:
+        return {log.name: log.kind_said for log in draft([folder], Answers(), logs).logs}
+
+    assert said(other) == {"again": True, "decay2": False}  # that of decay.csv is a guess still
+    write(draft([logs], Answers(kinds={"run.csv": "stick-slip"}, confirm=True)))
+    assert said(other) == {"again": True, "decay2": True}
+    (other / "decay2.csv").write_text((other / "decay2.csv").read_text().replace("laser [mm]", "Weg Laser [mm]"))
+    assert said(other) == {"again": True, "decay2": False}  # of another layout
 
 
 def test_a_figure_that_exists_stays_and_nothing_is_described(tmp_path: Path) -> None:

@@ -362,8 +362,30 @@ def test_what_the_laser_sees_how_late_it_is_and_where_the_encoder_sits_are_kept(
 
 
 @pytest.mark.parametrize(
+    ("text", "creep", "deviation"),
+    [("0.5 ± 0.2 %", 0.005, 0.002), ("unknown", 0.0, None), ("gear", 0.0, 0.0), ("0.01", 0.01, None)],
+)
+def test_a_belt_is_asked_for_where_the_encoder_sits_on_the_motor(
+    described: Path, text: str, creep: float, deviation: float | None
+) -> None:
+    from dataclasses import replace
+
+    def asked(answers: Answers) -> list[str]:
+        return [question.key for question in optional(draft([described], answers))]
+
+    on_motor = replace(SAID, values={**SAID.values, "drive0": "500, ratio 3"})
+    assert "belt" not in asked(SAID) and "belt" in asked(on_motor)
+    write(draft([described], replace(on_motor, values={**on_motor.values, "belt": text})))
+    encoder = read_log(described).calibration.need("drive0")
+    assert (encoder.creep, encoder.creep_deviation) == (pytest.approx(creep), deviation and pytest.approx(deviation))
+    assert encoder.pitch == pytest.approx(2 * np.pi / 1500 * (1 - creep)) and encoder.may_creep == (text != "gear")
+    assert "belt" not in asked(Answers())
+
+
+@pytest.mark.parametrize(
     "value",
     [
+        "belt=20 %",
         "laser_beam=cosine",
         "laser_beam=arc 3 mm",
         "laser_latency=butterworth 0, 50 Hz",
@@ -375,8 +397,16 @@ def test_a_measuring_chain_that_is_none_is_refused(described: Path, value: str) 
     from dataclasses import replace
 
     name, _, text = value.partition("=")
+    said = {**SAID.values, "drive0": "500, ratio 3", name: text}
     with pytest.raises(StickslipError, match=name):
-        write(draft([described], replace(SAID, values={**SAID.values, name: text})))
+        write(draft([described], replace(SAID, values=said)))
+
+
+def test_a_belt_without_a_motor_is_refused(described: Path) -> None:
+    from dataclasses import replace
+
+    with pytest.raises(StickslipError, match="no encoder of a drive sits on the motor"):
+        draft([described], replace(SAID, values={**SAID.values, "belt": "unknown"}))
 
 
 def test_the_noise_of_a_laser_is_kept_for_fits(described: Path) -> None:

@@ -1,0 +1,66 @@
+"""Commands on a terminal of 80 columns: no line is longer, and no word or number is broken."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fmu_models.base import shipped
+
+pty = pytest.importorskip("pty", reason="terminals as POSIX has them")
+COLUMNS = 80
+# what computes nothing, or little
+CHEAP = (
+    *("models", "maps", "scene", "data", "show disc_rig --contacts disc0", "scene disc_rig_class_a --explain"),
+    *("map henon --set a=1.2 --period 2 --lyapunov", "map logistic --set r=2.9 --vary r=3.3", "--help", "fit --help"),
+    *("describe data/rigs/paper_rubber", "simulate disc_rig --contacts disc0 --until 1", "fit no_such_folder"),
+    *("simulate disc_rig --input w0=no_such_log.csv:speed", "inspect disc_rig.fmu", "stress --list"),
+)
+
+
+def on_terminal(arguments: list[str], columns: int, folder: Path) -> str:
+    """What a command says on a terminal of so many columns, without colours and bars of progress."""
+    import fcntl
+    import termios
+
+    here, there = pty.openpty()
+    fcntl.ioctl(there, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    kept = {key: value for key, value in os.environ.items() if key not in ("COLUMNS", "LINES")}
+    environment = kept | {"PYTHONPATH": str(shipped.ROOM), "TERM": "xterm"}
+    line = [sys.executable, "-c", "from identification.cli import main; main()", *arguments]
+    with subprocess.Popen(line, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=there, stderr=there):
+        os.close(there)
+        said = b""
+        try:
+            while block := os.read(here, 65536):
+                said += block
+        except OSError:  # the end, as Linux has it
+            pass
+    os.close(here)
+    lines = said.decode().replace("\r\n", "\n").split("\n")
+    return "\n".join(re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", re.split(r"\r|\x1b\[2K", line)[-1]) for line in lines)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("terminal")
+    for line in ("data copy rigs/paper_rubber", "export disc_rig"):
+        on_terminal(shlex.split(line), COLUMNS, made)
+    return made
+
+
+@pytest.mark.parametrize("line", CHEAP)
+def test_words_and_numbers_are_whole(line: str, folder: Path) -> None:
+    said = on_terminal(shlex.split(line), COLUMNS, folder)
+    assert said.strip() and "Traceback" not in said
+    assert not [text for text in said.split("\n") if len(text) > COLUMNS]
+    wide = on_terminal(shlex.split(line), 400, folder)
+    broken = set(said.split()) - set(wide.split())
+    assert not sorted(word for word in broken if word.strip("─│╭╮╰╯━╺╸"))

@@ -41,7 +41,7 @@ WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
 SHARE, FARTHEST = 0.5, 200  # of a motion, and in batches: how far back it is looked for
 CHANGED = 8.0  # standard errors by which a change of the mean is no scatter
 MANY = 32  # motions whose scatter tells the error by itself, whatever the batches remember
-IDENTITY_STEPS = 4  # over which the sum of the exponents is compared with the volumes
+IDENTITY_STEPS = 2  # over which the sum of the exponents is compared with the volumes
 SHORTEST = 10  # batches on either side of a change point
 
 
@@ -187,6 +187,11 @@ def lyapunov(
     plan["seed"] = seed
     with Runner(system, plan, execution, progress) as runner:
         rows = runner.make(jobs)
+        inside = (rows.outcomes == families.BROKEN) & (rows.steps == 0)
+        if inside.any() and not inside.all():
+            # of a wall that is closed at the start: to its other side
+            starts = np.where(inside[:, None], 2.0 * point - starts, starts)
+            rows = runner.make(dataclasses.replace(jobs, starts=starts))
         _check(system, starts[0], rows)
         exponents, identity = _exponents(system, rows, batch), _identity(runner, system, rows.ends[:1], k)
         return runner.finish(dataclasses.replace(exponents, identity=identity, provenance=runner.provenance))
@@ -244,10 +249,11 @@ def _exponents(system: SectionSystem, rows: RunRows, batch: int) -> Exponents:
 
 def _mean(growth: Vector, weights: Vector, used: Flags) -> tuple[float, float]:
     """Growth (motions, batches) per weight over what is kept, and its standard error."""
-    if not np.isfinite(growth[used]).all():
+    kept = growth[used]
+    if not np.isfinite(kept).all():
         return -np.inf, 0.0
     total = float(weights[used].sum())
-    value = float(growth[used].sum()) / total
+    value = float(kept.sum()) / total
     if len(growth) >= MANY:
         lengths = (weights * used).sum(axis=1)
         residuals = (growth * used).sum(axis=1) - value * lengths
@@ -285,17 +291,20 @@ def _changes(growth: Vector, times: Vector, batch: int) -> tuple[Integers, Trans
     before, passed = [], []
     if n < 4 * SHORTEST or not np.isfinite(growth).all():
         return begins, None
-    at = np.arange(SHORTEST, n - SHORTEST)
-    for i in range(m):
-        g, total = growth[i] / times[i], np.cumsum(growth[i] / times[i])
-        left_mean, right = total[at - 1] / at, (total[-1] - total[at - 1]) / (n - at)
-        index = int(np.argmax(at * (n - at) * (left_mean - right) ** 2))
-        cut = int(at[index])
-        segments = [g[:cut] - g[:cut].mean(), g[cut:] - g[cut:].mean()]
+    at, g = np.arange(SHORTEST, n - SHORTEST), growth / times
+    total = np.cumsum(g, axis=1)
+    left, right = total[:, at - 1] / at, (total[:, -1:] - total[:, at - 1]) / (n - at)
+    index = np.argmax(at * (n - at) * (left - right) ** 2, axis=1)
+    cuts, left, right = at[index], left[np.arange(m), index], right[np.arange(m), index]
+    rounding = 1e-9 * (abs(left) + abs(right))
+    clear = np.maximum(abs(left - right) - rounding, 0.0) / CHANGED
+    variances = clear**2 / (1 / cuts + 1 / (n - cuts))
+    # the mean of both scatters, which the larger one exceeds: most motions are done with it
+    within = g.var(axis=1) - cuts * (n - cuts) * ((left - right) / n) ** 2
+    for i in np.flatnonzero((variances > 0.0) & (variances > 0.99 * within / WINDOW)).tolist():
+        cut, variance = int(cuts[i]), float(variances[i])
+        segments = [g[i, :cut] - g[i, :cut].mean(), g[i, cut:] - g[i, cut:].mean()]
         scatters = [float(segment @ segment) / segment.size for segment in segments]
-        rounding = 1e-9 * (abs(left_mean[index]) + abs(right[index]))
-        clear = max(abs(left_mean[index] - right[index]) - rounding, 0.0) / CHANGED
-        variance = clear**2 / (1 / cut + 1 / (n - cut))
         # the larger of the two scatters for both: a short part tells little of its own, a periodic one has none; that
         # memory makes of them what it takes is asked only where it may be too little at its shortest
         if variance > max(scatters) / WINDOW and variance > max(

@@ -293,7 +293,9 @@ class Files:
         content["files"] = [str(path) for path in (self.output, self.figure, self.interactive) if path]
 
         def show(out: console.Console) -> None:
-            out.print(result.summary(), markup=False, highlight=False)
+            for line in result.summary().split("\n"):
+                below = len(line) - len(line.lstrip()) + 2
+                out.print(console.hanging(line, out.width, below), markup=False, highlight=False)
             for row in content.get("failures", [])[:10]:
                 out.print(f"failed: {row}", markup=False)
             console.print_files(content["files"], out)

@@ -32,6 +32,7 @@ def this_folder(fmu: Fmu) -> str:
 
 def platforms(fmu: Fmu) -> list[str]:
     """Folders in ``binaries`` that hold a library, such as "linux64" (FMI 2) or "x86_64-linux" (FMI 3)."""
+    _ = fmu.path  # by which a model that is not built yet is
     folders = (fmu.folder / "binaries").glob("*/*")
     return sorted({file.parent.name for file in folders if file.suffix in LIBRARIES})
 

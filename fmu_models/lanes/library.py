@@ -38,12 +38,16 @@ class LaneLibrary:
             dll = ctypes.CDLL(str(file))
         self._find = dll.stickslip_lanes
         self._find.restype, self._find.argtypes = ctypes.c_void_p, (ctypes.c_int64,)
+        self._steppers: dict[int, Stepper | None] = {}
         weakref.finalize(self, unload, dll)
 
     def stepper(self, width: int = 0) -> Stepper | None:
         """The stepper of ``width`` lanes, 0: as many as this processor has; None where it has not so many."""
-        at = self._find(width)
-        return None if not at else Stepper(int(ctypes.c_int64.from_address(at + _TOGETHER).value), int(at))
+        if width not in self._steppers:
+            at = self._find(width)
+            lanes = int(ctypes.c_int64.from_address(at + _TOGETHER).value) if at else 0
+            self._steppers[width] = Stepper(lanes, int(at)) if at else None
+        return self._steppers[width]
 
 
 # of LaneStepper: version, token, together

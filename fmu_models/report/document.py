@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,9 +12,12 @@ from fmu_models.base.version import version
 from fmu_models.report.inline_svg import inline_svg
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 STYLE = Path(__file__).parent / "page.css"
+GLANCE = (3.7, 3.4)  # inches of a figure that a telephone shows whole
+LETTERS = 12.0  # points
 
 
 def document(
@@ -63,6 +66,21 @@ def drawing(figure: Figure, prefix: str, caption: str) -> str:
     """A figure for a page. prefix: of its ids there."""
     drawn = scrolling(inline_svg(figure, prefix, caption), caption)
     return f"<figure>{drawn}<figcaption>{escape(caption)}</figcaption></figure>"
+
+
+def glance(panels: Sequence[tuple[Callable[[Axes], None], str]]) -> str:
+    """Small figures side by side, or below one another where there is no room. panels: what draws in given axes, and a
+    caption."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    figures = []
+    for place, (draw, caption) in enumerate(panels):
+        with rc_context({"font.size": LETTERS}):
+            figure = Figure(figsize=GLANCE, layout="constrained")
+            draw(figure.add_subplot())
+            figures.append(drawing(figure, f"glance{place}", caption))
+    return f'<div class="glance">{"".join(figures)}</div>'
 
 
 def bullets(sentences: Sequence[str], kind: str = "") -> str:

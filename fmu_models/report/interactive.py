@@ -26,6 +26,7 @@ from fmu_models.report.views import SWEEPS, attractors_of, classes_of, colours_o
 
 PALE = "#FFFFFF"  # of what has no class
 DIGITS = ".10g"
+MANY = 10_000  # dots
 
 
 # tells the frame the values of the place that was clicked; {plot_id} is plotly's
@@ -150,9 +151,10 @@ def _(diagram: Diagram) -> list[dict[str, Any]]:
 
 
 def _dots(name: str, x: NDArray[np.float64], y: NDArray[np.float64], marker: dict[str, Any]) -> dict[str, Any]:
-    """A trace of dots."""
+    """A trace of dots; many of them by the graphics card, which not every browser may use."""
     pairs = {"x": x.tolist(), "y": y.tolist()}
-    return {"type": "scattergl", "mode": "markers", "name": name, **pairs, "marker": marker}
+    kind = "scattergl" if len(x) > MANY else "scatter"
+    return {"type": kind, "mode": "markers", "name": name, **pairs, "marker": marker}
 
 
 @traces.register(Basins)

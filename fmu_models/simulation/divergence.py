@@ -9,6 +9,7 @@ until that changes nothing.
 """
 
 from collections.abc import Mapping
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -19,6 +20,7 @@ from fmu_models.simulation.field import VectorField
 from fmu_models.simulation.run import simulate
 
 NODES = (2, 4, 8, 16, 32)  # between two events
+_rule = cache(np.polynomial.legendre.leggauss)
 AGREES = 1e-13  # relative difference of two integrals
 
 
@@ -45,7 +47,7 @@ def volume_change(
     events = [event.time for event in simulate(fmu, duration, output_times=[0.0, duration], **settings).events]
     field, integral = VectorField(fmu, {**parameters, **inputs}), np.inf
     for nodes in NODES:
-        u, weights = np.polynomial.legendre.leggauss(nodes)
+        u, weights = _rule(nodes)
         u = 0.5 + 0.5 * u
         times, shares = [], []
         for start_of_piece, end in pairwise(sorted({0.0, *events, duration})):

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fmu_models.base.errors import StickslipError
 from identification.inference.problem import Evaluation, FitProblem, Progress, Solution, solve
 from identification.laws.joint_law import laws_of
 from identification.laws.law import FittableLaw
@@ -22,7 +21,6 @@ from identification.laws.law import FittableLaw
 BENT = ("mu_s", "mu_k")  # first parameters of a law with such a valley; the third is the scale of speed between them
 EDGE = 1e-3  # of a value, within which a bound may have been met
 LEAST_SCALE = 1e-4  # s/m or m/s
-AWAY = 1e3  # times the residuals, where the model cannot be run: a step that leads there is refused
 
 
 @dataclass(frozen=True)
@@ -77,7 +75,6 @@ class Charted(FitProblem):
             free[bend.first : bend.first + 3] = [*pair, replace(scale, minimum=float(low), maximum=float(high))]
         object.__setattr__(self, "unknowns", tuple(free))
         object.__setattr__(self, "noise_known", self.problem.noise_known)
-        object.__setattr__(self, "_last", [])
 
     def start(self) -> np.ndarray:
         """The point where the problem begins, in straight coordinates."""
@@ -98,19 +95,13 @@ class Charted(FitProblem):
         return x
 
     def evaluate(self, x: np.ndarray) -> Evaluation:
-        """Residuals and gradient at y; large residuals where the model refuses the parameters."""
-        at, last = self.back(x), self._last  # type: ignore[attr-defined]
-        try:
-            evaluation = self.problem.evaluate(at)
-        except StickslipError:
-            if not last:
-                raise
-            return replace(last[0], residual=AWAY * last[0].residual)
+        """Residuals and gradient at y."""
+        at = self.back(x)
+        evaluation = self.problem.evaluate(at)
         slope = np.eye(len(at))
         for bend in self.bends:
             slope[bend.places, bend.places] = bend.slope(at[bend.places])
-        last[:] = [replace(evaluation, gradient=evaluation.gradient @ slope)]
-        return last[0]
+        return replace(evaluation, gradient=evaluation.gradient @ slope)
 
     def resampled(self, clusters: np.ndarray) -> Charted:
         return Charted(self.problem.resampled(clusters), self.bends)

@@ -297,13 +297,19 @@ class ShootingProblem(FrictionProblem):
     def _searched(self, number: int, x: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """As `_projected`; leaves the last start states behind."""
         segment, last = self.segments[number], self.starts[number]
+        slipped: np.ndarray | None = None
         for _ in range(LOCAL_STEPS):
             seen, by_start, columns, slip = self._seen(number, x, names)
             residual = segment.whitened((seen - segment.measured)[:, None])[:, 0]
             columns = segment.whitened(columns)
             basis, triangle = np.linalg.qr(segment.whitened(by_start))
             if np.min(np.abs(np.diag(triangle))) < SEEN:
-                break
+                if slipped is None:
+                    break
+                # a whole step from a start that slips led into stick, where its speed counts for nothing
+                last.states, last.x, last.slope = (last.at(x) + slipped) / 2, None, None
+                continue
+            slipped = np.array(last.at(x))
             along = basis.T @ np.column_stack([residual, columns])
             moved = -np.linalg.solve(triangle, along)
             last.states = last.at(x) + moved[:, 0]

@@ -340,7 +340,12 @@ class FitSearch:
         """Residual (n + priors,) and gradient by the free unknowns."""
         key = x.tobytes()
         if self._last is None or self._last[0] != key:
-            evaluation = self.problem.evaluate(x)
+            try:
+                evaluation = self.problem.evaluate(x)
+            except StickslipError:
+                if self._last is None:  # there is no model where the search begins
+                    raise
+                return np.full_like(self._last[1], np.inf), self._last[2]
             unit = np.eye(len(x))
             rows = [(x[i] - p.value) / p.standard_uncertainty for i, p in self.known]
             slopes = [unit[i] / p.standard_uncertainty for i, p in self.known]

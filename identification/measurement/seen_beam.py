@@ -18,7 +18,7 @@ from identification.measurement.motion import DiscMotion
 from rig_io.logs.beam import BEAMS
 from rig_io.logs.log import LaserCalibration, RigLog
 
-SURE = 5.0  # standard deviations of a
+SURE = 4.0  # standard deviations of a
 NEAR = 0.25  # of a from 1, beside two deviations
 SQUARE = 0.02  # 1/rad, deviation of a square beforehand: a tilt of two degrees
 

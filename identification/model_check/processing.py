@@ -25,6 +25,10 @@ DYING = 0.8  # second half of a motion without stick over its first half: below 
 IRREGULAR = 0.2  # of the mean period, spread of the periods of a motion without stick from which on it is no cycle
 
 
+class NoCycleError(StickslipError):
+    """A motion that holds too few whole cycles for a portrait."""
+
+
 def measured_motions(logs: Sequence[RigLog], natural_period: float) -> dict[tuple[str, ...], list[DiscMotion]]:
     """Motions of the stick-slip logs of one rig, by the discs in contact. Unlike the logs of a fit these need no stick:
     above the bifurcation the disc slides steadily, and that is a result.
@@ -99,7 +103,7 @@ class Processing:
         if len(starts) < LEAST_CYCLES + 1:
             if not any(mask.any() for mask in masks.values()):
                 return rest
-            raise StickslipError(
+            raise NoCycleError(
                 f"{label[0].upper()}{label[1:]} holds {max(len(starts) - 1, 0)} whole cycles in "
                 f"{time[-1] - time[0]:.3g} s; {LEAST_CYCLES} or more are needed. Use a longer record."
             )

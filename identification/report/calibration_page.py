@@ -11,7 +11,7 @@ from fmu_models.explorer.module import check
 from fmu_models.explorer.page import explored
 from fmu_models.explorer.subject import ExplorerSubject
 from fmu_models.fmu.fmu import Fmu
-from fmu_models.report.document import bullets, drawing, paragraph, section
+from fmu_models.report.document import bullets, drawing, glance, paragraph, section
 from fmu_models.simulation.signal import Signal
 from identification.calibration.follow import FollowedLog, follow
 from identification.calibration.log import ModelLog
@@ -25,7 +25,7 @@ from identification.report.calibration_summary import (
     verdicts,
 )
 from identification.report.citations import calibration_citations
-from identification.report.page import Findings, counted, glance, nested, warned
+from identification.report.page import Findings, counted, nested, warned
 
 BESIDE = (
     "Each measured variable over time and of the model (line), what is left, and the variable over its rate, both by "

@@ -9,6 +9,7 @@ from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
 from identification.model_check.at_log import SwayedError
 from identification.model_check.families import compare_families
+from identification.model_check.processing import NoCycleError
 from identification.next_step.design import design
 from identification.report.live import LiveFrame, live_frame
 from identification.report.residuals import refitted
@@ -34,7 +35,7 @@ def findings(
     notes: list[str] = []
     try:
         families = compare_families(fit, logs, uncertainty=uncertainty, progress=lambda share: progress(0.5 * share))
-    except SwayedError as error:
+    except (SwayedError, NoCycleError) as error:
         families = ()
         notes.append(f"The model's motion was not held against the logs: {error}")
     decays = [log for log in logs if log.kind == "free-decay"]

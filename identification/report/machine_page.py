@@ -6,7 +6,7 @@ from typing import Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.mechanism import Mechanism
-from fmu_models.report.document import bullets, drawing, paragraph, section
+from fmu_models.report.document import bullets, drawing, glance, paragraph, section
 from identification.machines.machine_fit import MachineFit
 from identification.machines.motion import MachineLog
 from identification.machines.predicted import Predicted, predict_efforts
@@ -15,7 +15,7 @@ from identification.report.citations import machine_citations
 from identification.report.law_table import LEGEND
 from identification.report.machine_figures import draw_effort, draw_friction, machine_fit_figure, machine_runs_figure
 from identification.report.machine_tables import laws_tables, meaning, parameters_table, runs_table, scores_table
-from identification.report.page import Findings, counted, glance, warned
+from identification.report.page import Findings, counted, warned
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,23 +9,17 @@ import datetime
 import json
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fmu_models.base.files import write_whole
 from fmu_models.base.shown import Shown
 from fmu_models.base.table import scrolling
 from fmu_models.base.version import version
-from fmu_models.report.document import bullets, document, drawing, paragraph, section
+from fmu_models.report.document import bullets, document, paragraph, section
 from identification.report.tables import shown
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-GLANCE = (3.7, 3.4)  # inches of a figure that a telephone shows whole
-LETTERS = 12.0  # points
 
 
 class Findings(Shown, ABC):
@@ -85,21 +79,6 @@ def page(findings: Findings) -> str:
         [*first, *findings.sections(), section("cite", "How to cite", [bullets(findings.citations())])],
         tail=f'<script type="application/json" id="data">{data}</script>\n',
     )
-
-
-def glance(panels: Sequence[tuple[Callable[[Axes], None], str]]) -> str:
-    """Small figures side by side, or below one another where there is no room. panels: what draws in given axes, and a
-    caption."""
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
-    figures = []
-    for place, (draw, caption) in enumerate(panels):
-        with rc_context({"font.size": LETTERS}):
-            figure = Figure(figsize=GLANCE, layout="constrained")
-            draw(figure.add_subplot())
-            figures.append(drawing(figure, f"glance{place}", caption))
-    return f'<div class="glance">{"".join(figures)}</div>'
 
 
 def warned(heading: str, sentences: Sequence[str]) -> list[str]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from fmu_models.report.document import bullets, drawing, paragraph, section
+from fmu_models.report.document import bullets, drawing, glance, paragraph, section
 from identification.estimators.savitzky_golay import FrictionSamples
 from identification.fit.result import FrictionFit
 from identification.inference.problem import Evaluation
@@ -19,7 +19,7 @@ from identification.report.citations import citations
 from identification.report.family_figure import draw_family
 from identification.report.fit_summary import certainty, fit_tables
 from identification.report.friction_figure import draw_fit, fitted_law, friction_figure
-from identification.report.page import Findings, counted, glance, warned
+from identification.report.page import Findings, counted, warned
 from rig_io.logs.log import RigLog
 
 PARTS = (

@@ -19,14 +19,16 @@ PROPOSED = {
     "figure": "{command}.svg",
     **({"interactive": "{command}.html"} if find_spec("plotly") else {}),
 }
-# of a family of motions: points of its picture, from which the next command may begin
-TABLE = "{command}.csv"
+# what goes to --output, by another option of the command: points of the picture of a family of motions, from which the
+# next command may begin; what is fitted, as an FMU (a scene or an SSP by another suffix)
+OUTPUTS = {"forcing": "{command}.csv", "names": "fitted.fmu"}
 # commands that go on where one ends; fields of the same name go with them, and those of another name by RENAMED
 NEXT = {
     "describe": ("fit", "laws"),
     "fit": ("report", "compare", "apply", "design"),
     "laws": ("fit",),
-    "inspect": ("simulate", "couple"),
+    "inspect": ("simulate", "diagram", "couple"),
+    "export": ("inspect", "simulate", "explore"),
     "simulate": ("explore", "diagram"),
     "explore": ("simulate", "diagram", "export"),
     "show": ("explore", "simulate", "diagram", "export"),
@@ -38,6 +40,7 @@ NEXT = {
     "calibrate": ("report", "apply"),
     "inverse": ("report", "apply"),
 }
+SUBJECTS = ("model", "path")
 RENAMED = {"files": "logs", "result": "fitted"}
 # which the next one has anew
 OF_A_RUN = ("figure", "interactive", "output", "over", "overwrite", "path", "resume", "workers")
@@ -104,8 +107,8 @@ def proposals(command: str, found: Sequence[Field]) -> dict[str, list[str]]:
     for name, file in PROPOSED.items():
         if name in names and next(field.kind for field in found if field.name == name) == "text":
             values[name] = [file.format(command=command)]
-    if "forcing" in names:
-        values["output"] = [TABLE.format(command=command)]
+    for name in names & OUTPUTS.keys():
+        values["output"] = [OUTPUTS[name].format(command=command)]
     if "overwrite" in names:
         values["overwrite"] = ["True"]
     return values
@@ -119,6 +122,8 @@ def carried(values: Values, found: Sequence[Field]) -> dict[str, list[str]]:
         for name, value in values.items()
         if name in names and name not in OF_A_RUN and any(value) and (value == ["True"] or names[name] != "flag")
     }
+    if "model" not in values and values.get("path"):  # what `inspect` looked into
+        over |= {field.name: list(values["path"]) for field in found if field.name in SUBJECTS and field.required}
     for name, other in RENAMED.items():
         if other in names and values.get(name):
             over[other] = list(values[name])

@@ -241,7 +241,9 @@ class Give(Page):
         values = forms.proposals(name, found)
         if (before := self.get_query_argument("after", "")).isdigit() and (step := self.desk.steps.step(int(before))):
             again = step.arguments[0] == name
-            values = dict(step.values) if again else values | forms.carried(step.values, found)
+            written = [file for file in step.files if file.endswith(".fmu")]
+            given = {"path": written[:1]} if written else step.values
+            values = dict(step.values) if again else values | forms.carried(given, found)
             place, at = place_of(self.desk.folder, step.files), self._at()
             if place is not None and (at or not again):
                 begun_at(place, at, name, found, values)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,13 +13,13 @@ from fmu_models.base.digits import like_sd
 from fmu_models.base.files import write_whole
 from fmu_models.base.table import Cell, PrintedColumn, PrintedTable
 from fmu_models.base.table import table as made_table
-from fmu_models.report.document import bullets, document, drawing, paragraph
+from fmu_models.report.document import bullets, document, glance, paragraph
 from identification.laws import find_law
 from identification.watch.chart import control_chart
-from identification.watch.state import FITTED, Entry, WatchState
+from identification.watch.state import FITTED, WatchState
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 AGAIN = '<p><label><input type="checkbox" id="again"> load this page anew every {seconds} s</label></p>'
 RELOAD = """
@@ -50,34 +50,26 @@ def watch_table(state: WatchState, last: int = SHOWN) -> PrintedTable:
     return made_table("Logs, the latest first", ("time (UTC)", "log", "result", *heads, "called"), rows)
 
 
-def watch_figure(state: WatchState) -> Figure:
-    """Each value against time: points with 95 % intervals (noise: the rig is one), EWMA with its limits."""
-    from matplotlib.figure import Figure
+def draw_value(state: WatchState, name: str, axes: Axes) -> None:
+    """A value against time: points with 95 % intervals (noise: the rig is one), EWMA with its limits."""
+    from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
 
-    columns = names(state)
-    figure = Figure(figsize=(8.0, 2.0 * max(len(columns), 1) + 0.4), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(max(len(columns), 1), 1, sharex=True))
-    for panel, name in zip(axes, columns, strict=False):
-        entries = [entry for entry in state.fitted() if name in entry.values]
-        _draw(panel, name, entries)
-        unit = _unit(state, name)
-        panel.set_ylabel(f"{name} ({unit})" if unit else name)
-    axes[-1].set_xlabel("time (UTC)")
-    figure.autofmt_xdate()
-    return figure
-
-
-def _draw(panel, name: str, entries: Sequence[Entry]) -> None:  # type: ignore[no-untyped-def]
-    at = [datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC) for entry in entries]
+    entries = [entry for entry in state.fitted() if name in entry.values]
+    at = date2num([datetime.datetime.fromtimestamp(entry.recorded, datetime.UTC) for entry in entries])
     value, sd = (np.array([entry.values[name][i] for entry in entries]) for i in (0, 1))
     chart = control_chart(value, sd)
-    panel.errorbar(at, value, 1.96 * sd, fmt="o", markersize=3.5, color="#0072b2", capsize=2, label="log, 95 % (noise)")
-    panel.plot(at, chart.level, color="#d55e00", label="EWMA")
-    panel.fill_between(at, chart.low, chart.high, color="0.85", label="limits")
+    axes.errorbar(at, value, 1.96 * sd, fmt="o", markersize=3.5, color="#0072b2", capsize=2, label="log, 95 % (noise)")
+    axes.plot(at, chart.level, "--", color="#d55e00", label="EWMA")
+    axes.fill_between(at, chart.low, chart.high, color="0.85", label="limits")
     if chart.out.any():
         out = np.flatnonzero(chart.out)
-        panel.plot([at[i] for i in out], value[out], "s", markersize=8, mfc="none", color="#d55e00", label="out")
-    panel.legend(fontsize="small", ncols=4, loc="best")
+        axes.plot(at[out], value[out], "s", markersize=8, mfc="none", color="#d55e00", label="out")
+    locator = AutoDateLocator(minticks=2, maxticks=5)
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    unit = _unit(state, name)
+    axes.set(xlabel="time (UTC)", ylabel=f"{name} ({unit})" if unit else name)
+    axes.legend(fontsize="small", ncols=2, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
 def write_page(path: Path, state: WatchState, folder: Path, refresh: float) -> None:
@@ -85,12 +77,10 @@ def write_page(path: Path, state: WatchState, folder: Path, refresh: float) -> N
     count = sum(entry.status == FITTED for entry in state.entries)
     date = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
     calls = [f"{entry.name}: {call}" for entry in state.entries for call in entry.calls]
-    caption = (
-        "Each value against time, its limits (grey band), their running mean (line), logs that left them (squares)"
-    )
-    drawn = [drawing(watch_figure(state), "watch", caption)] if count else []
+    caption = "{}: logs with 95 % intervals, their running mean (dashed), its limits (grey), logs beyond (squares)."
+    drawn = glance([(partial(draw_value, state, name), caption.format(name)) for name in names(state)])
     verdict = f"{len(calls)} called, the latest last:" if calls else "Nothing was called."
-    main = [paragraph(verdict, "verdict"), bullets(calls, "warning"), *drawn, watch_table(state).html()]
+    main = [paragraph(verdict, "verdict"), bullets(calls, "warning"), drawn, watch_table(state).html()]
     seconds = max(round(refresh), 1)
     main.append(AGAIN.format(seconds=seconds))
     about = f"{count} logs fitted with the law {state.law}; as of {date}"

@@ -222,7 +222,7 @@ def summary(outcomes: Sequence[Outcome]) -> str:
     disturbed = [one for one in outcomes if one.bench.disturbance]
     fitted = [one for one in outcomes if one.errors]
     found = sum(any(one.bench.disturbance in named.split("/") for named in one.named) for one in disturbed)
-    scatter = np.sqrt(np.mean(np.square([one.errors for one in fitted]), axis=0))
+    scatter = np.sqrt(np.mean(np.square([one.errors for one in fitted] or [[np.nan] * 3]), axis=0))
     return (
         f"first fit right {sum(one.right for one in outcomes)} of {len(outcomes)}, false alarms "
         f"{sum(one.false for one in outcomes)}, wrong beam named "

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fmu_models.base import shipped
+from fmu_models.base import console, shipped
 
 pty = pytest.importorskip("pty", reason="terminals as POSIX has them")
 COLUMNS = 80
@@ -64,3 +64,9 @@ def test_words_and_numbers_are_whole(line: str, folder: Path) -> None:
     wide = on_terminal(shlex.split(line), 400, folder)
     broken = set(said.split()) - set(wide.split())
     assert not sorted(word for word in broken if word.strip("─│╭╮╰╯━╺╸"))
+
+
+def test_what_goes_on_below_is_indented_and_no_word_is_broken() -> None:
+    text = "  how   exact flow, by a-name-that-is-longer-than-a-line"
+    lines = ["  how   exact flow,", "    by", "    a-name-that-is-longer-than-a-line"]
+    assert console.hanging(text, 20, 4).split("\n") == lines

@@ -14,7 +14,8 @@ import pandas
 import pytest
 from visitor import Visitor
 
-from identification.studio.forms import Field, arguments, carried, fields, groups
+from fmu_models.fmu.load import load
+from identification.studio.forms import Field, arguments, carried, fields, groups, proposals
 from identification.studio.places import begun_at, place_of
 
 pytest.importorskip("tornado", reason="tornado is missing: pip install 'stickslip[studio]'")
@@ -228,6 +229,19 @@ def test_what_goes_on_from_a_fit_to_its_report() -> None:
     values = {"logs": ["logs"], "result": ["fit.json"], "figure": ["friction.svg"], "estimator": ["shooting"]}
     values["uncertainty"] = [""]  # a flag of the report is called the same
     assert carried(values, form_of("report")) == {"logs": ["logs"], "fitted": ["fit.json"]}
+    assert carried({"model": ["belt"], "path": ["belt.html"]}, form_of("export")) == {"model": ["belt"]}
+    assert proposals("apply", form_of("apply"))["output"] == ["fitted.fmu"]
+
+
+def test_an_fmu_is_dropped_looked_into_and_run(visitor: Visitor) -> None:
+    where, page = visitor.drop("model", [("belt.fmu", load("block_on_belt").path.read_bytes())])
+    assert where == "/give/inspect?first=belt.fmu" and 'value="belt.fmu"' in page
+    page = visitor.ended(visitor.post("/give/inspect", path="belt.fmu")[0])
+    assert "/give/simulate?after=1" in page
+    assert re.search(r'name="model" value="belt.fmu"', visitor.get("/give/simulate?after=1"))
+    # what a command has made is what the next one is of
+    page = visitor.ended(visitor.post("/give/export", model="block_on_belt", path="made.fmu")[0])
+    assert re.search(r'name="path" value="made.fmu"', visitor.get("/give/inspect?after=2"))
 
 
 def test_a_place_in_a_picture_is_a_point_of_the_result(tmp_path: Path, stickslip) -> None:

@@ -19,11 +19,13 @@ from lazy_fmu import LazyFmu
 from quick_export import quick_export
 from scipy.optimize import brentq
 
+from fmu_models.analyses.lyapunov import lyapunov
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.language.impacts import Impact, Poisson
 from fmu_models.oscillators.woodpecker import MODEL
 from fmu_models.sections.diagonal import find_crossings
 from fmu_models.sections.return_map import ReturnMap
+from fmu_models.sections.strobe import Strobe
 from fmu_models.simulation.run import simulate
 from fmu_models.simulation.sections import Section, SectionPoint
 
@@ -357,3 +359,12 @@ def test_bounces_of_the_beak_end(e):
         gaps = [wp.BEAK - run["phi_S"], wp.SLEEVE - run["phi_M"], wp.SLEEVE + run["phi_M"]]
         assert np.min(gaps) >= -1e-15
     assert closed > 0 or e == 0.3
+
+
+def test_exponents_from_the_jammed_start():
+    """The default start lies on a closed wall: motions beside it begin on its free side. Height and direction of the
+    motion stay, the slope of the return map decides one difference, stick and jams take the others."""
+    found = lyapunov(Strobe(TOY, period=PERIOD, autonomous=True), periods=4000, transient=50, motions=4)
+    assert np.abs(found.per_time[:2]).max() < 1e-9 and found.lost == 3
+    # differences that are followed anew after the transient still turn: by 1 / steps
+    assert found.per_time[2] == pytest.approx(np.log(0.8391557) / PERIOD, rel=3e-3)

@@ -283,8 +283,9 @@ int journey_note(Job *job, const Place *at, double time, Outcome *outcome)
 void journey_end(const Job *job, Outcome outcome)
 {
     Ensemble *e = job->e;
-    const int told = outcome == OUTCOME_BROKEN || outcome == OUTCOME_UNFIT;
-    const char *message = told ? job->m->core.run.message : "";
+    char *message = e->messages + job->run * ENSEMBLE_MESSAGE;
     e->outcomes[job->run] = outcome;
-    snprintf(e->messages + job->run * ENSEMBLE_MESSAGE, ENSEMBLE_MESSAGE, "%s", message);
+    *message = '\0';
+    if (outcome == OUTCOME_BROKEN || outcome == OUTCOME_UNFIT)
+        snprintf(message, ENSEMBLE_MESSAGE, "%s", job->m->core.run.message);
 }

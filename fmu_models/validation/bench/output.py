@@ -113,13 +113,13 @@ def write_csv(comparisons: Sequence[MethodComparison], path: Path, *, overwrite:
 def write_page(comparisons: Sequence[MethodComparison], path: Path, *, overwrite: bool) -> None:
     """One HTML file with diagrams and tables inside; it asks the network for nothing. StickslipError: the file exists
     or cannot be written."""
-    from fmu_models.report.document import document
+    from fmu_models.report.document import document, paragraph
 
-    about = f"{CAPTION} Measured on {machine()}."
     sections = [
         part for number, comparison in enumerate(comparisons) for part in _section(comparison, f"scene{number}")
     ]
-    text = document("Error against run time", about, sections, broad=True)
+    sections.append(paragraph(CAPTION, "about"))
+    text = document("Error against run time", f"measured on {machine()}", sections, broad=True)
     with write_whole(path, overwrite=overwrite) as temporary:
         temporary.write_text(text, "utf-8")
 

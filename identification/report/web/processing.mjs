@@ -52,8 +52,8 @@ export function portraitOf(angle, step, drives, levels) {
   }]));
   const made = { angle: cycle, speed: average(speed), period: period * step, amplitude: range(cycle) / 2, sticks };
   made.sequence = sequence(sticks, levels);
-  const discs = made.sequence.map((one) => `{${one.map((contact) => contact.at(-1)).join(", ")}}`);
-  made.words = discs.length ? `stick on ${discs.join(" -> ")}` : "a cycle without stick";
+  const sets = made.sequence.map((one) => one.join(" and ")).join(", ");
+  made.words = sets ? `stick on ${sets}` : "a cycle without stick";
   return made;
 }
 

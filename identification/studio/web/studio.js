@@ -1,11 +1,14 @@
 // what a page has beyond HTML: how a running step stands, the command line of a form as it is filled in, a place in a
 // picture, and that something was sent
 const byId = (name) => document.getElementById(name);
+// null where nobody answers: the studio was ended, or the page is left
+const ask = (place, options) => fetch(place, options).catch(() => null);
 const progress = byId("progress");
 if (progress) {
   const look = async () => {
-    const answer = await fetch(`/step/${progress.dataset.step}?only=state`);
-    const { status, progress: text, seconds } = await answer.json();
+    const answer = await ask(`/step/${progress.dataset.step}?only=state`);
+    const none = { status: "running", progress: "No answer. Does the studio still run in its terminal?", seconds: 0 };
+    const { status, progress: text, seconds } = answer ? await answer.json() : none;
     if (status !== "running") location.reload();
     if (progress.textContent !== text) progress.textContent = text;
     byId("seconds").textContent = Math.round(seconds);
@@ -17,7 +20,8 @@ const form = byId("give");
 if (form) {
   const tell = async () => {
     const body = new URLSearchParams(new FormData(form));
-    const answer = await fetch(`${form.getAttribute("action")}?only=line`, { method: "POST", body });
+    const answer = await ask(`${form.getAttribute("action")}?only=line`, { method: "POST", body });
+    if (!answer) return;
     const isLine = answer.headers.get("Content-Type")?.includes("json");
     byId("line").textContent = isLine ? (await answer.json()).line : "(something that is needed is empty)";
   };

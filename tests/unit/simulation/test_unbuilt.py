@@ -12,6 +12,7 @@ import pytest
 from fmu_models import Coordinate, KeptRun, Mechanism, Parameter, SensitiveRun, export, load, simulate
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
+from fmu_models.fmu.library import platforms
 from fmu_models.fmu.unbuilt import UnbuiltFmu
 from fmu_models.simulation.engine import engine_of
 from fmu_models.toolchain import compiler
@@ -52,6 +53,10 @@ def test_what_needs_more_than_the_core_has_the_whole(tmp_path: Path) -> None:
     assert fmu.path == whole.path and "built when" not in repr(fmu) and fmu.core is None
     assert engine_of(fmu, runs_alone=True) is engine_of(fmu)
     assert pickle.loads(pickle.dumps(fmu)).sha256 == whole.sha256
+
+
+def test_its_platforms_are_those_of_the_whole(tmp_path: Path) -> None:
+    assert platforms(unbuilt("block_on_belt", tmp_path)) == platforms(Fmu.open(built("block_on_belt")))
 
 
 def test_a_run_compiles_the_core_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -93,14 +93,20 @@ def test_a_step_to_where_the_model_fails_is_taken_back() -> None:
         """residual = atan(a - 10): from a = 13 the full step overshoots to 0.5, where there is no model."""
 
         unknowns: tuple[Unknown, ...] = PLAIN[:1]
+        refuses: bool = False
 
         def evaluate(self, x: np.ndarray) -> Evaluation:
             fenced = np.inf if abs(x[0] - 10) > 3.5 else 0.0
+            if fenced and self.refuses:
+                raise StickslipError("There is no model.")
             residual = np.array([np.arctan(x[0] - 10) + fenced, 0.0])
             gradient = np.array([[1 / (1 + (x[0] - 10) ** 2)], [0.0]])
             return Evaluation(residual, gradient, np.zeros(2), np.zeros(2), np.full(2, np.nan))
 
-    assert solve(Fenced(), np.array([13.0])).values == pytest.approx([10.0], abs=1e-9)
+    for refuses in (False, True):
+        assert solve(Fenced(refuses=refuses), np.array([13.0])).values == pytest.approx([10.0], abs=1e-9)
+    with pytest.raises(StickslipError, match="no model"):
+        solve(Fenced(refuses=True), np.array([14.0]))
 
 
 def test_unknown_names_and_too_few_rows_are_refused() -> None:

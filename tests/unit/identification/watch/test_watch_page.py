@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.dates import date2num
+from matplotlib.figure import Figure
 
 from identification.watch.chart import control_chart
-from identification.watch.page import watch_figure, watch_table, write_page
+from identification.watch.page import draw_value, watch_table, write_page
 from identification.watch.state import FITTED, REFUSED, Entry, WatchState
 
 MU = (0.60, 0.61, 0.59, 0.60, 0.70)
@@ -32,23 +34,28 @@ def state() -> WatchState:
     )
 
 
-def test_the_figure_has_a_panel_a_value_over_the_time_of_its_logs(state: WatchState) -> None:
-    panels = watch_figure(state).axes
+def drawn(state: WatchState, name: str) -> Axes:
+    axes = Figure().subplots()
+    draw_value(state, name, axes)
+    return axes
+
+
+def test_a_value_is_drawn_over_the_time_of_its_logs(state: WatchState) -> None:
+    panels = [drawn(state, name) for name in ("mu_s", "mu_k", "p")]
     assert [panel.get_ylabel() for panel in panels] == ["mu_s", "mu_k", "p (s/m)"]
-    # the time is shared, and named once, below all of them
-    assert [panel.get_xlabel() for panel in panels] == ["", "", "time (UTC)"]
+    assert {panel.get_xlabel() for panel in panels} == {"time (UTC)"}
     (points, _, (bars,)) = panels[0].containers[0]  # type: ignore[misc]
     assert points.get_ydata() == pytest.approx(MU)
     days = date2num([datetime.datetime.fromtimestamp(BEGIN + 60 * k, datetime.UTC) for k in range(5)])
-    assert date2num(points.get_xdata()) == pytest.approx(days, abs=1e-6)
+    assert points.get_xdata() == pytest.approx(days, abs=1e-6)
     ends = np.array([segment[:, 1] for segment in bars.get_segments()])
     assert ends == pytest.approx(np.array([(mu - 0.0196, mu + 0.0196) for mu in MU]))
 
 
-def test_the_figure_marks_the_log_that_left_its_limits(state: WatchState) -> None:
+def test_the_log_that_left_its_limits_is_marked(state: WatchState) -> None:
     chart = control_chart(MU, [0.01] * 5)
     assert list(np.flatnonzero(chart.out)) == [4]  # 10 deviations from the mean of the four before it
-    mu_s, mu_k, _ = watch_figure(state).axes
+    mu_s, mu_k = drawn(state, "mu_s"), drawn(state, "mu_k")
     lines = {str(line.get_label()): line for line in mu_s.lines}
     assert lines["out"].get_ydata() == pytest.approx([MU[4]])
     assert lines["EWMA"].get_ydata() == pytest.approx(chart.level)
@@ -74,7 +81,7 @@ def test_the_page_is_loaded_anew_and_holds_what_was_called_as_text(state: WatchS
     text = (tmp_path / "watch.html").read_text("utf-8")
     assert "every 1 s" in text and "1000 * 1)" in text  # s, at least one
     assert "beyond &lt;its&gt; limits" in text and "<its>" not in text
-    assert "Conti" in text and text.count("<svg") == 1
+    assert "Conti" in text and text.count("<svg") == 3
     write_page(tmp_path / "watch.html", WatchState("Conti", "shooting"), tmp_path, 12.4)
     text = (tmp_path / "watch.html").read_text("utf-8")
     assert "every 12 s" in text and "<svg" not in text

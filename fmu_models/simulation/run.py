@@ -265,10 +265,13 @@ class RunFacts:
         rows = result.values
         values = Columns(rows if len(rows) == times.size else rows[: times.size], self._columns, self._n_real)
         events = Events(result.events, self._contacts, self._rigid)
-        return Trajectory(
-            times, values, self._units.copy(), events, result.steps, result.evaluations, seconds=result.seconds,
-            sides=None if result.sides is None else self._sides(result.sides, times[-1]),
+        sides = None if result.sides is None else self._sides(result.sides, times[-1])
+        made = object.__new__(Trajectory)  # what is frozen is written field by field otherwise: a tenth of a short run
+        made.__dict__.update(
+            time=times, values=values, units=self._units.copy(), events=events, steps=result.steps,
+            evaluations=result.evaluations, seconds=result.seconds, arrays={}, texts={}, sides=sides,
         )  # fmt: skip
+        return made
 
     def _sides(self, rows: Vector, last: float) -> Sides:
         """Both sides of each instant, whose events may have come one by one."""

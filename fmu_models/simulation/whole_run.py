@@ -69,13 +69,13 @@ def run(
     c = _filled(instance.whole_run, request, values)
     c.next_time = c.next_knot = 0
     chunks, parts, seconds = [], [], 0.0
-    room = np.full((SIDES if request.sides else 0, 2, 1 + request.references.size), np.nan)
-    if request.sides:
+    room = np.full((SIDES, 2, 1 + request.references.size), np.nan) if request.sides else None
+    if room is not None:
         c.sides, c.side_capacity = room.ctypes.data, SIDES
     for took in _calls(engine.simulate, instance, c, c):
         seconds += took
         chunks.append(instance.events(c.n_events))
-        if request.sides:
+        if room is not None:
             parts.append(room[: c.n_sides].copy())
         if progress:
             progress(c.next_time / max(1, len(values)))

@@ -155,15 +155,23 @@ JET Real jet_sin(const Real *a, const Real *c, int k) { return k == 0 ? sin(a[0]
 /* y = cos(a), s = sin(a) */
 JET Real jet_cos(const Real *a, const Real *s, int k) { return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k); }
 
-/* the same where a is linear in time: of order 1, or 2 where the series run in the root of time */
-JET Real jet_sin_phase(const Real *a, const Real *c, int k)
+/* sine and cosine of the phase that was last asked for: slip, depth and laws ask for the same one, one by one; a cosine
+   of zero, which no number has, stands for none */
+JET const Wave *jet_wave(Real phase, Wave *last)
 {
-    return k == 0 ? sin(a[0]) : jet_integral(a, c, k, k < 2 ? k : 2);
+    if (!(last->phase == phase && last->cosine != 0.0)) *last = (Wave){phase, sin(phase), cos(phase)};
+    return last;
 }
 
-JET Real jet_cos_phase(const Real *a, const Real *s, int k)
+/* the same where a is linear in time: of order 1, or 2 where the series run in the root of time */
+JET Real jet_sin_phase(const Real *a, const Real *c, Wave *last, int k)
 {
-    return k == 0 ? cos(a[0]) : -jet_integral(a, s, k, k < 2 ? k : 2);
+    return k == 0 ? jet_wave(a[0], last)->sine : jet_integral(a, c, k, k < 2 ? k : 2);
+}
+
+JET Real jet_cos_phase(const Real *a, const Real *s, Wave *last, int k)
+{
+    return k == 0 ? jet_wave(a[0], last)->cosine : -jet_integral(a, s, k, k < 2 ? k : 2);
 }
 
 /* y = sinh(a), c = cosh(a) */

@@ -10,12 +10,18 @@ typedef Real Series[MODEL_TERMS + 1];
 /* the same of what the mass matrix makes: one number where it depends on the parameters alone */
 typedef Real InertiaSeries[MODEL_INERTIA_TERMS];
 
+/* a phase, its sine and its cosine */
+typedef struct {
+    Real phase, sine, cosine;
+} Wave;
+
 /* all series of one step; the engine fills t, u, x and sign, the model the rest */
 typedef struct {
     Series t;
     double time_rest; /* what rounding took from t[0]; only a phase needs it */
     int apart;        /* no contact touches: orders of slip beyond the rate are left out */
     int curved;       /* inputs have more than a rate */
+    Wave wave;        /* that was last asked for */
     Series u[MODEL_ROOM(MODEL_NU)];
     Series du[MODEL_ROOM(MODEL_NU)]; /* rates of the inputs */
     Series x[MODEL_ROOM(MODEL_NX)];

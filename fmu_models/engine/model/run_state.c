@@ -52,7 +52,7 @@ void run_touched(Run *r)
 void run_parameters_changed(Run *r)
 {
     run_touched(r);
-    r->linear_count = 0;
+    r->linear_known = 0;
     model_prepare(r->at.p, r->at.d);
     model_inertia(r->at.p, r->at.d, &r->jets, 0);
     model_inertia(r->at.p, r->at.d, &r->scratch, 0);

@@ -133,7 +133,7 @@ typedef struct {
     int segment_rooted; /* its series run in the square root of time */
     double segment_start, segment_length;
     int segment_linear; /* of its series those that it needs itself are there, by sums of this mode, from 1; else 0 */
-    int linear_count;
+    int linear_known;   /* the modes below are of the present parameters and tolerance */
     Section section;
     Jets jets;                       /* of the step */
     Jets scratch;                    /* of evaluations at one instant */
@@ -154,8 +154,11 @@ typedef struct {
     void *look_context;
     double pace_start; /* where the present pace is taken from, at how many steps and events */
     long pace_first_step, pace_first_event;
-    char message[256];               /* reason of the last RUN_ERROR */
-    LinearMode linear[LINEAR_MODES]; /* of these parameters, so many of them; the last, for a reset leaves them out */
+    char message[256]; /* reason of the last RUN_ERROR */
+    /* kept from run to run, for the next one of the same parameters and tolerance */
+    LinearMode linear[LINEAR_MODES];
+    int linear_count;
+    double linear_parameters[MODEL_ROOM(MODEL_NP)], linear_tolerance;
 } Run;
 
 /* told of every change of contact state */
@@ -200,4 +203,11 @@ static inline int contact_is_settling(const Run *r, int c) { return contact_may_
 static inline int contact_is_open(const Run *r, int c)
 {
     return MODEL_IMPACTS > 0 && model_contact_impulsive[c] && r->at.state[c] == CONTACT_AWAY;
+}
+
+/* whether the slip speed or switching function of a contact decides events of its own accord, even where its force is
+   zero: it may be any function of states, inputs and time */
+static inline int slip_decides(const Run *r, const Jets *j, int c)
+{
+    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : j->sign[c] != 0.0;
 }

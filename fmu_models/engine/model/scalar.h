@@ -4,6 +4,7 @@
 #define Series KIND(Series)
 #define InertiaSeries KIND(InertiaSeries)
 #define Jets KIND(Jets)
+#define Wave KIND(Wave)
 #define Sticking KIND(Sticking)
 #define Point KIND(Point)
 #define Signal KIND(Signal)
@@ -52,3 +53,4 @@
 #define jet_square KIND(jet_square)
 #define jet_tanh KIND(jet_tanh)
 #define jet_turns KIND(jet_turns)
+#define jet_wave KIND(jet_wave)

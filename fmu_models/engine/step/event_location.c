@@ -19,19 +19,21 @@ int location_indicator(const Run *r, int c, Slot slot)
     return state == CONTACT_AWAY ? 0 : state == CONTACT_SLIP_MINUS ? -1 : 1;
 }
 
-/* first fall of sign * series to zero within h, its first known coefficients taken as zero; -1 if none */
-static double fall_of(const double *series, double sign, int known, int order, double h)
+/* first fall of sign * series to zero within h, its first known coefficients taken as zero; -1 if none, or none that
+   matters beside one of another at `first` */
+static double fall_of(const double *series, double sign, int known, int order, double h, double first)
 {
-    if (known >= order) return -1.0; /* all its terms vanish over this step */
-    return signed_first_fall(series + known, order - known, sign, h);
+    const double BEYOND = 1.0 + 0x1p-20; /* at the same instant, but for rounding */
+    if (known >= order) return -1.0;     /* all its terms vanish over this step */
+    return fall_until(series + known, order - known, sign, h, fmin(BEYOND * first, h));
 }
 
 /* the same for a function of a body at a bound: what starts at rest there has more zeros than the event knows */
-static double fall_from_bound(const double *series, double sign, int known, int order, double h)
+static double fall_from_bound(const double *series, double sign, int known, int order, double h, double first)
 {
     while (known < order && series[known] == 0.0)
         known++;
-    return fall_of(series, sign, known, order, h);
+    return fall_of(series, sign, known, order, h, first);
 }
 
 /*
@@ -52,7 +54,7 @@ static double fall_of_gap(const Jets *j, int c, int known, int order, double h, 
         }
         *end = fmin(*end, exact);
     }
-    return fall_of(j->depth[c], -1.0, known, order, fmin(h, exact));
+    return fall_of(j->depth[c], -1.0, known, order, fmin(h, exact), *end);
 }
 
 /* the sum of the terms of a series over h */
@@ -74,7 +76,7 @@ static int way_rests(const Run *r, const Jets *j, int c, int order, double h)
 }
 
 /* first fall of the margin of a sticking contact */
-static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int order, double h)
+static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int order, double h, double end)
 {
     /* the load of a rigid contact that is about to push starts at zero, and so do both margins */
     const int both = model_contact_partner[c] >= 0 && r->at.known[(int)model_contact_partner[c]][SLOT_NORMAL] > 0;
@@ -82,14 +84,14 @@ static double fall_of_margin(const Run *r, const Jets *j, int c, int known, int 
     if (cone_is_whole(c)) {
         double margin[POLYNOMIAL_TERMS];
         cone_margin(j, c, order - 1, margin);
-        return fall_of(margin, 1.0, known, order - 1, h);
+        return fall_of(margin, 1.0, known, order - 1, h, end);
     }
     for (int side = -1; side <= 1; side += 2) {
         double margin[POLYNOMIAL_TERMS];
         for (int k = 0; k < order; k++)
             margin[k] = stick_bound(j, c, side)[k] - side * j->force[c][k];
         /* a margin that starts at zero does so on one side only */
-        const double fall = fall_of(margin, 1.0, both || side == stick_side(j, c) ? known : 0, order - 1, h);
+        const double fall = fall_of(margin, 1.0, both || side == stick_side(j, c) ? known : 0, order - 1, h, end);
         if (fall >= 0.0 && (first < 0.0 || fall < first)) first = fall;
     }
     return first;
@@ -124,16 +126,17 @@ static double fall_in_slot(const Run *r, const Jets *j, int c, Slot slot, int or
     if (sign == 0) return -1.0;
     if (slot == SLOT_NORMAL && contact_is_closed(r, c)) {
         if (r->at.state[c] == CONTACT_CHATTERING) return settling(r, c, h);
-        return fall_from_bound(j->force[c], sign, known, order - 1, h);
+        return fall_from_bound(j->force[c], sign, known, order - 1, h, *end);
     }
     if (slot == SLOT_NORMAL) {
         return contact_is_open(r, c) ? fall_of_gap(j, c, known, order, h, exact, end)
-                                     : fall_from_bound(j->depth[c], sign, known, order, h);
+                                     : fall_from_bound(j->depth[c], sign, known, order, h, *end);
     }
     if (contact_is_settling(r, c)) return settling(r, c, h);
-    if (model_contact_compliant[c]) return fall_from_bound(j->release[c], sign, known, order, h);
+    if (model_contact_compliant[c]) return fall_from_bound(j->release[c], sign, known, order, h, *end);
     const int held = r->at.state[c] == CONTACT_STICK;
-    const double fall = held ? fall_of_margin(r, j, c, known, order, h) : fall_of(j->slip[c], sign, known, order, h);
+    const double fall = held ? fall_of_margin(r, j, c, known, order, h, *end)
+                             : fall_of(j->slip[c], sign, known, order, h, *end);
     if (fall < 0.0) return -1.0;
     const int rests = (contact_yields(c) && way_rests(r, j, c, order, h))
                       || (!held && rests_by_others(r, j, c, order, h));
@@ -145,7 +148,7 @@ double location_cut(Run *r, int order, double h, double exact)
     double falls[MODEL_ROOM(MODEL_NC)][SLOTS];
     double first = h;
     for (int c = 0; c < MODEL_NC; c++) {
-        for (int slot = 0; slot < SLOTS; slot++) {
+        for (int slot = SLOTS - 1; slot >= 0; slot--) { /* a stop lets go before it is left */
             /* over the whole step: cut at another's fall, one at the same instant could hide behind its rounding */
             falls[c][slot] = fall_in_slot(r, &r->jets, c, (Slot)slot, order, h, exact, &first);
             if (falls[c][slot] >= 0.0) first = fmin(first, falls[c][slot]);

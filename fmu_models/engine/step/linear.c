@@ -46,7 +46,7 @@ static void note_read(const Run *r, const Jets *j, LinearMode *m)
     m->rows = MODEL_NX;
     for (int c = 0; c < MODEL_NC; c++) {
         const int sticks = r->at.state[c] == CONTACT_STICK;
-        const int slips = !sticks && r->at.state[c] != CONTACT_AWAY && (j->sign[c] != 0.0 || MODEL_NQ == 0);
+        const int slips = r->at.state[c] != CONTACT_AWAY && slip_decides(r, j, c);
         const int read[Y_KINDS] = {slips,
                                    model_contact_bounded[c] && !contact_is_closed(r, c),
                                    contact_is_held(r->at.state, c),
@@ -186,12 +186,24 @@ static void make_mode(Run *r, const Jets *j, LinearMode *m)
     m->power = pow(m->length, LINEAR_ORDER - 1);
 }
 
+/* the modes, unless they are of the parameters and the tolerance that the run has */
+static void forget_others(Run *r)
+{
+    const size_t size = sizeof r->linear_parameters;
+    if (memcmp(r->linear_parameters, r->at.p, size) != 0 || r->linear_tolerance != r->tolerances.step)
+        r->linear_count = 0;
+    memcpy(r->linear_parameters, r->at.p, size);
+    r->linear_tolerance = r->tolerances.step;
+    r->linear_known = 1;
+}
+
 /* the mode that the contacts are in; NULL where what holds them is shared by the size of their bounds, which changes */
 static const LinearMode *mode_of(Run *r, const Jets *j)
 {
     const Sticking *s = &r->at.sticking;
     for (int i = 0; i < s->count; i++)
         if (s->last[i] - s->first[i] > 1) return NULL;
+    if (!r->linear_known) forget_others(r);
     for (int i = 0; i < r->linear_count && i < LINEAR_MODES; i++) {
         const LinearMode *m = &r->linear[i];
         if (memcmp(m->state, r->at.state, sizeof m->state) == 0) return m->usable ? m : NULL;

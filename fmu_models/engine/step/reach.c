@@ -250,12 +250,6 @@ static void require_rates(Reach *a)
         require_rate(a, a->b->zrate[i], MODEL_NQ + MODEL_NV + i, fabs(j->zrate[i][0]));
 }
 
-/* whether the slip of a contact decides its events; the same in step/taylor.c */
-static int slip_decides(const Run *r, int c)
-{
-    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : r->jets.sign[c] != 0.0;
-}
-
 static void require_held(Reach *a, int c)
 {
     const Jets *j = a->j;
@@ -277,7 +271,8 @@ static void require_contacts(Reach *a)
     const Run *r = a->r;
     const Jets *j = a->j;
     for (int c = 0; c < MODEL_NC; c++) {
-        if (model_slip_unseen[c] && slip_decides(r, c)) require_series(a, a->b->slip[c], j->slip[c], a->order, 1);
+        if (model_slip_unseen[c] && slip_decides(r, &r->jets, c))
+            require_series(a, a->b->slip[c], j->slip[c], a->order, 1);
         if (model_depth_unseen[c] && model_contact_bounded[c] && !contact_is_closed(r, c))
             require_series(a, a->b->depth[c], j->depth[c], a->order, 1);
         if (contact_is_held(r->at.state, c)) require_held(a, c);
@@ -293,7 +288,7 @@ static int has_unseen(const Run *r)
 {
     int any = MODEL_RATES_UNSEEN;
     for (int c = 0; c < MODEL_NC; c++) {
-        any |= model_slip_unseen[c] && slip_decides(r, c);
+        any |= model_slip_unseen[c] && slip_decides(r, &r->jets, c);
         any |= model_depth_unseen[c] && model_contact_bounded[c] && !contact_is_closed(r, c);
         any |= model_law_unseen[c] && contact_has_law(r->at.state, c);
         any |= model_stick_unseen[c] && contact_is_held(r->at.state, c);

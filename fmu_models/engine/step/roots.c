@@ -195,10 +195,10 @@ static double before_root(const double *b, int n, double slack, double low, doub
 }
 
 /*
- * first_fall on [0, 1] in units of it, by an order and what lies beyond it; -2 where they do not decide. With slack > 0
- * a point near and before the first place at which b falls below slack.
+ * first_fall on [0, 1] in units of it, up to a place there, by an order and what lies beyond it; -2 where they do not
+ * decide. With slack > 0 a point near and before the first place at which b falls below slack.
  */
-UNROLLED double fall_by_order(const double *b, int n, int order, double tail, double slack)
+UNROLLED double fall_by_order(const double *b, int n, int order, double tail, double slack, double until)
 {
     const double NARROW = 1.5 / (1 << QUICK_HALVINGS);
     const double slopes = n * tail; /* no more than that is the slope of the tail */
@@ -222,11 +222,13 @@ UNROLLED double fall_by_order(const double *b, int n, int order, double tail, do
             continue;
         }
         const double end = start[top] + width[top];
+        if (start[top] > until) return -1.0;
         if (flattest * order < -slopes * width[top]) {
             if (beta[order] > slack - tail && !(polynomial_value(b, n, end) <= slack)) {
                 top--;
                 continue;
             }
+            if (end > until && polynomial_value(b, n, until) > 0.0) return -1.0;
             const double level = slack > 0.0 ? slack + tail : 0.0;
             const double across = start[top] + width[top] * (beta[0] - level) / (beta[0] - beta[order]);
             if (slack > 0.0) return before_root(b, order, level, start[top], end, across);
@@ -244,12 +246,12 @@ UNROLLED double fall_by_order(const double *b, int n, int order, double tail, do
 }
 
 /* the same by low orders, more of them where the terms shrink slowly */
-static double quick_fall(const double *b, int n, double tail, double slack)
+static double quick_fall(const double *b, int n, double tail, double slack, double until)
 {
     const double SLOW = 1e-2; /* the tail in parts of the first terms */
     if (n > LOW && tail > SLOW * (fabs(b[0]) + fabs(b[1]) + fabs(b[2])))
-        return fall_by_order(b, n, HIGH, tail_of(b, HIGH, n), slack);
-    return fall_by_order(b, n, LOW, tail, slack);
+        return fall_by_order(b, n, HIGH, tail_of(b, HIGH, n), slack, until);
+    return fall_by_order(b, n, LOW, tail, slack, until);
 }
 
 /* powers of h, and a sign, put into the coefficients, by four chains of products; none are missing of the low orders */
@@ -277,18 +279,18 @@ double safe_length(const double *c, int n, double sign, double h, double slack)
     const double tail = tail_of(b, LOW, n);
     if (certainly_positive(b, tail, slack)) return h;
     if (!(b[0] > slack)) return 0.0;
-    const double fall = quick_fall(b, n, tail, slack);
+    const double fall = quick_fall(b, n, tail, slack, 1.0);
     return fall < 0.0 ? h : h * fall;
 }
 
-double signed_first_fall(const double *c, int n, double sign, double h)
+double fall_until(const double *c, int n, double sign, double h, double until)
 {
     double b[POLYNOMIAL_TERMS];
     scale(c, n, sign, h, b);
     const double tail = tail_of(b, LOW, n);
     if (certainly_positive(b, tail, 0.0)) return -1.0;
     if (b[0] <= 0.0) return 0.0;
-    const double quick = quick_fall(b, n, tail, 0.0);
+    const double quick = quick_fall(b, n, tail, 0.0, until / h);
     if (quick != -2.0) return quick < 0.0 ? -1.0 : h * quick;
     /* a stack of intervals still to be searched, the leftmost on top */
     double stack[HALVINGS + 1][POLYNOMIAL_TERMS];
@@ -322,5 +324,7 @@ double signed_first_fall(const double *c, int n, double sign, double h)
     }
     return -1.0;
 }
+
+double signed_first_fall(const double *c, int n, double sign, double h) { return fall_until(c, n, sign, h, h); }
 
 double first_fall(const double *c, int n, double h) { return signed_first_fall(c, n, 1.0, h); }

@@ -11,6 +11,8 @@ double polynomial_value(const double *c, int n, double s);
 double first_fall(const double *c, int n, double h);
 /* the same of the polynomial times a sign, 1 or -1 */
 double signed_first_fall(const double *c, int n, double sign, double h);
+/* the same, where what falls after `until` may be left out */
+double fall_until(const double *c, int n, double sign, double h, double until);
 
 /* a length, at most h, up to which sign times the polynomial certainly stays above slack > 0, and near the largest; 0 if
    it does not start there */

@@ -61,13 +61,6 @@ void taylor_field(Run *r, Jets *j, int k)
     flow_field(&r->at, j, k, 0);
 }
 
-/* a slip speed and a switching function may be any function of states, inputs and time, and decide events of their own
-   accord, even where the force is zero */
-static int watches_function(const Run *r, const Jets *j, int c)
-{
-    return MODEL_NQ == 0 ? r->at.state[c] != CONTACT_STICK : j->sign[c] != 0.0;
-}
-
 /*
  * whether the terms of order k are below the tolerance over the given length, for every state, and those of order k - 1
  * for every force in stick and what it may be, of depths and of switching functions: the states may be polynomials while
@@ -95,10 +88,8 @@ static int vanishes(const Run *r, const Jets *j, int k, double power, double len
         if (model_contact_bounded[c] && fabs(j->depth[c][k - 1]) * power > 0.01 * r->tolerances.step * depth * length)
             return 0;
         const double function = fmax(fabs(j->slip[c][0]), fabs(j->slip[c][1]) * length);
-        if (watches_function(r, j, c)
-            && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length) {
+        if (slip_decides(r, j, c) && fabs(j->slip[c][k - 1]) * power > 0.01 * r->tolerances.step * function * length)
             return 0;
-        }
         const double release = fmax(fabs(j->release[c][0]), fabs(j->release[c][1]) * length);
         if (MODEL_REACH && contact_may_release(r->at.state, c)
             && fabs(j->release[c][k - 1]) * power > 0.01 * r->tolerances.step * release * length) {
@@ -252,7 +243,7 @@ static double taylor_length(const Run *r, const Jets *j, int order, double *exac
     double length = state_length(j, order, ask);
     double near = INFINITY;
     for (int c = 0; c < MODEL_NC; c++) {
-        if (watches_function(r, j, c)) {
+        if (slip_decides(r, j, c)) {
             length = shorter_length(length, j->slip[c], r->at.known[c][SLOT_TANGENTIAL] * time_power(r->segment_rooted),
                                     order, ask);
         }
@@ -357,6 +348,7 @@ static double cut_reach(Run *r, int order, double h, double natural)
 RunStatus taylor_step(Run *r, double limit, int varied)
 {
     const int full = taylor_order(r);
+    r->jets.wave = r->scratch.wave; /* what an event was resolved with */
     const int rooted = r->segment_rooted = taylor_starts_rooted(r);
     r->segment_linear = 0;
     int order = full;

@@ -15,6 +15,8 @@ SHIM = """
 #include "step/roots.h"
 __attribute__((visibility("default"))) double fall(const double *c, int n, double sign, double h)
 { return signed_first_fall(c, n, sign, h); }
+__attribute__((visibility("default"))) double until(const double *c, int n, double h, double end)
+{ return fall_until(c, n, 1.0, h, end); }
 __attribute__((visibility("default"))) double safe(const double *c, int n, double h, double slack)
 { return safe_length(c, n, 1.0, h, slack); }
 #include "step/roots.c"
@@ -30,8 +32,9 @@ def roots(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     names = ("step/roots.c", "step/roots.h")
     sources = {name: text for name, text in engine_sources().items() if name in names}
     dll = ctypes.CDLL(str(compile_shared({**sources, "all.c": SHIM}, folder / "roots.so")))
-    dll.fall.restype = dll.safe.restype = ctypes.c_double
+    dll.fall.restype = dll.safe.restype = dll.until.restype = ctypes.c_double
     dll.fall.argtypes = (ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_double)
+    dll.until.argtypes = (ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_double)
     dll.safe.argtypes = (ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_double)
     return dll
 
@@ -120,3 +123,21 @@ def test_close_pairs_of_roots_are_seen_and_touches_are_none(roots: ctypes.CDLL, 
             c = np.polynomial.polynomial.polymul([r * r + side * d, -2.0 * r, 1.0], factor)
             fall = roots.fall(c.ctypes.data, c.size - 1, 1.0, 1.0)
             assert fall == (-1.0 if side > 0.0 else pytest.approx(r - np.sqrt(d), abs=4 * ROUNDING / np.sqrt(d)))
+
+
+def test_what_falls_later_than_asked_is_left_out_and_no_digit_of_the_rest_changes(roots: ctypes.CDLL) -> None:
+    found = left = 0
+    for _ in range(2000):
+        c = series(24, 0.5, 1.0)
+        where, degree, h = c.ctypes.data, 24, 0.8
+        fall = roots.fall(where, degree, 1.0, h)
+        if fall <= 0.0:
+            assert roots.until(where, degree, h, 0.5 * h) == fall
+            continue
+        found += 1
+        assert roots.until(where, degree, h, min(fall * (1.0 + 1e-9), h)) == fall
+        before = roots.until(where, degree, h, fall * (1.0 - 1e-6))
+        left += before == -1.0
+        assert before in (-1.0, fall)
+    assert found > 200
+    assert left > 0.9 * found

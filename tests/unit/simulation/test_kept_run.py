@@ -23,13 +23,15 @@ from fmu_models.simulation.sensitivity import SensitiveRun
 from fmu_models.simulation.signal import Signal
 from fmu_models.simulation.trajectory import Events, Trajectory
 
-# friction with two held contacts, impacts that chatter, a stop with memory, internal states, no contact at all
+# friction with two held contacts, impacts that chatter, a stop with memory, internal states, no contact at all, modes
+# whose factors are kept
 MODELS = {
     "disc_rig": LazyFmu("disc_rig"),
     "bouncing_ball": LazyFmu("bouncing_ball", fmi_version="2.0"),
     "hinge_clearance": LazyFmu("hinge_clearance"),
     "block_on_belt": LazyFmu("block_on_belt", laws={"belt": "lugre"}),
     "disc_rig_free": LazyFmu("disc_rig", contacts=[]),
+    "discontinuous_support": LazyFmu("discontinuous_support"),
 }
 
 

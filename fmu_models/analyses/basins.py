@@ -136,7 +136,8 @@ class Basins(Pictured):
 
     def _heading(self) -> str:
         shape = " x ".join(f"{len(values)} {name}" for name, values in self.axes.items())
-        return f"Basins of {self.model}: {shape}, {len(self.attractors)} attractors"
+        count = len(self.attractors)
+        return f"Basins of {self.model}: {shape}, {count} attractor{'s' if count != 1 else ''}"
 
     @property
     def words(self) -> list[str]:

@@ -155,7 +155,8 @@ class BasinShares(Pictured):
 
     def _heading(self) -> str:
         count = len(self.names) - len(UNLABELLED)
-        return f"Basins of {self.model} over {self.over}: {len(self.values)} values, {count} attractors"
+        labels = f"{count} attractor{'s' if count != 1 else ''}"
+        return f"Basins of {self.model} over {self.over}: {len(self.values)} values, {labels}"
 
     def _contents(self) -> Mapping[str, Any]:
         ends = {

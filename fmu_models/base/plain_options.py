@@ -11,9 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from typer._coercion import RuntimeParam, build_runtime_param
-from typer._param_types import coerce_cli_path
 from typer.core import TyperCommand, TyperGroup
+
+try:
+    from typer._coercion import RuntimeParam, build_runtime_param
+    from typer._param_types import coerce_cli_path
+except ImportError:  # private names: a typer that has none reads all options itself
+    RuntimeParam, build_runtime_param, coerce_cli_path = cast("Any", (object, None, None))
 
 _NUMBERS: dict[Any, re.Pattern[str]] = {
     int: re.compile(r"[+-]?\d{1,15}", re.ASCII),
@@ -26,7 +30,7 @@ class _Plainly:
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """As typer does."""
-        for parameter in self.get_params(ctx):  # type: ignore[attr-defined]
+        for parameter in self.get_params(ctx) if build_runtime_param else ():  # type: ignore[attr-defined]
             if (stated := getattr(parameter, "type_descriptor", None)) is not None:
                 parameter._runtime_param = _Plain(stated.parameter_info, stated.annotation, stated)
         return super().parse_args(ctx, args)  # type: ignore[misc] # that of the class it is mixed into
@@ -41,7 +45,7 @@ class PlainGroup(_Plainly, TyperGroup):
 
 
 @dataclass(frozen=True)
-class _Plain(RuntimeParam):
+class _Plain(RuntimeParam):  # type: ignore[misc] # Any where typer has none
     """One option. What is not given, typer's base class answers."""
 
     described: Any

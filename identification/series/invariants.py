@@ -17,7 +17,7 @@ from rig_io.logs.log import stretches
 REFERENCES, LIBRARY = 800, 6000
 RADII = 40
 DECADE = 0.5  # of radii, over which the slope of the correlation sum is read, at least
-ANGLES, LENGTH = 100, 3000  # of the 0-1 test
+ANGLES, LENGTH, FEWEST = 100, 3000, 50  # of the 0-1 test: angles, values at most and at least
 DAMPED = 2.5  # its weight of the damping term
 SURROGATES = 19  # one-sided, 5 %
 PREDICTED = 2048  # samples of a surrogate
@@ -67,10 +67,12 @@ def correlation_dimension(points: np.ndarray, apart: int, noise: float, seed: in
     )
 
 
-def zero_one_test(x: np.ndarray, every: int, *, damped: bool = True, seed: int = 0) -> tuple[float, float]:
-    """K, near 0 of regular and near 1 of chaotic motion, and half its interquartile range over angles. every: samples
-    between the values that are taken, a cycle, for more of them hide its irregularity; damped: against noise."""
+def zero_one_test(x: np.ndarray, every: int, *, seed: int = 0) -> tuple[float, float] | None:
+    """K, near 0 of regular and near 1 of chaotic motion, and half its interquartile range over angles; None where the
+    values are fewer than 50. every: samples between the values, a cycle, for more of them hide its irregularity."""
     values = x[::every][-LENGTH:]
+    if len(values) < FEWEST:
+        return None
     values = values - values.mean()  # an offset oscillates in what follows, and is no motion
     lags = np.arange(1, len(values) // 10 + 1)
     steps = np.arange(1, len(values) + 1)
@@ -79,8 +81,7 @@ def zero_one_test(x: np.ndarray, every: int, *, damped: bool = True, seed: int =
         path = np.cumsum(values * np.exp(1j * angle * steps))
         count = len(values) - lags[-1]
         spread = np.array([np.mean(np.abs(path[lag : lag + count] - path[:count]) ** 2) for lag in lags])
-        if damped:
-            spread += DAMPED * values.var() * np.sin(np.sqrt(2) * lags)
+        spread += DAMPED * values.var() * np.sin(np.sqrt(2) * lags)  # against noise
         correlations.append(np.corrcoef(lags, spread)[0, 1])
     low, middle, high = np.quantile(correlations, (0.25, 0.5, 0.75))
     return float(middle), float(high - low) / 2

@@ -42,6 +42,7 @@ from rig_io.repair.clock import UNEVEN
 from rig_io.sensors import drive_speed, edges, laser_angle, laser_clipped
 
 DRIVE_EDGES = (6, 9, 13, 19, 28, 42, 64)  # of the drive's encoder between knots of its speed, to be chosen from
+BEATS = 1.2  # times the variance of an edge that may lie anywhere between two samples: no less is asked of a spline
 GAIN_SUSPECT = 0.02  # a correction of the laser's gain beyond this is a wrong calibration, not a tolerance
 LOAD_WINDOW = 0.05  # s, over which the noise of a load cell is smoothed; forces of the rig change once per turn
 TEMPERATURE_WINDOW = 1.0  # s, over which the noise of a thermometer is smoothed
@@ -255,8 +256,9 @@ def nominal_drives(log: RigLog) -> tuple[str, ...]:
 
 def smooth_drive(log: RigLog, time: np.ndarray, contact: str = "disc0") -> np.ndarray:
     """Speed (n,) in rad/s of a driving disc at the times (n,): a cubic spline fitted to the edges of its encoder,
-    whose knots are as far apart as generalised cross-validation finds best: line errors against unevenness. Where
-    nothing records it, its nominal speed.
+    whose knots are as far apart as generalised cross-validation finds best: line errors against unevenness. What an
+    edge without a time of its own is misplaced by beats with the samples and would pass for unevenness: no knots are
+    asked to explain it. Where nothing records the drive, its nominal speed.
 
     Source: Craven & Wahba (1979), Numer. Math. 31, 377.
 
@@ -279,15 +281,19 @@ def smooth_drive(log: RigLog, time: np.ndarray, contact: str = "disc0") -> np.nd
             "A fit needs a driven disc; check the column and pulses_per_revolution."
         )
     first, last = float(seen[0]), float(seen[-1])
+    unexplained = 0.0
+    if not log.has(f"drive{disc}_edge_time"):
+        turned = abs(angle[-1] - angle[0]) / (last - first) * float(np.median(np.diff(log.time)))
+        unexplained = BEATS * min(turned, log.calibration.need(f"drive{disc}").pitch) ** 2 / 12
     best, least = None, np.inf
-    for between in DRIVE_EDGES:
+    for between in reversed(DRIVE_EDGES):
         pieces = max(len(seen) // between, 1)
         inner = np.quantile(seen, np.linspace(0, 1, pieces + 1)[1:-1])
         knots = np.concatenate([[first] * 4, inner, [last] * 4])
         # banded normal equations: time grows with the log, not with its square; B-splines lose few digits by them
         spline = make_lsq_spline(seen, angle, knots, 3, method="norm-eq")
         share = (pieces + 3) / len(seen)
-        score = float(np.mean((spline(seen) - angle) ** 2)) / (1 - share) ** 2
+        score = max(float(np.mean((spline(seen) - angle) ** 2)) / (1 - share) ** 2, unexplained)
         if score < least:
             best, least = spline, score
     assert best is not None

@@ -13,11 +13,12 @@ from fmu_models.base.errors import StickslipError
 from identification.estimators.shooting_segments import LINE, ShootingProblem
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
-from identification.measurement.disc_motion import disc_motion
+from identification.measurement.disc_motion import disc_motion, smooth_drive
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.pooling import pool
 from identification.model_check.families import compare_families
 from rig_io.bench.disturbances import Disturbances
+from rig_io.bench.emulation import Disc, Emulation
 from rig_io.bench.emulator import emulate, standard_set
 from rig_io.bench.materials import MATERIALS
 from rig_io.logs.log import RigLog
@@ -259,3 +260,12 @@ def test_a_load_cell_that_cannot_be_used_is_said(weighed: list[RigLog]) -> None:
     pulled = replace(weighed[0], columns={**weighed[0].columns, "load0": -weighed[0].column("load0")})
     with pytest.raises(StickslipError, match="a disc that is pulled or away"):
         disc_motion(pulled)
+
+
+@pytest.mark.parametrize("speed", [0.6355, 0.7447, 1.02])
+def test_edges_that_beat_with_the_samples_are_no_unevenness_of_the_drive(speed):
+    discs = (Disc(MATERIALS["paper/rubber"], speed),)
+    log = emulate(Emulation("beats", discs=discs, duration=12.0, sampling_rate=500.0), 52, 0)
+    alone = replace(log, columns={name: column for name, column in log.columns.items() if "edge_time" not in name})
+    drives = [smooth_drive(one, log.time)[100:-100] for one in (log, alone)]
+    assert np.std(drives[1] - drives[0]) < 0.0025 * speed

@@ -337,8 +337,8 @@ def warn(text: str) -> None:
 
 def _complain(text: str) -> None:
     said = f"stickslip: {printable(text)}"
-    if sys.stderr.isatty():  # a terminal itself would break lines within words
-        width = os.get_terminal_size(sys.stderr.fileno()).columns
+    # a terminal itself would break lines within words; one of a notebook has no width
+    if sys.stderr.isatty() and (width := os.get_terminal_size(sys.stderr.fileno()).columns):
         said = "\n".join(hanging(line, width) for line in said.split("\n"))
     print(said, file=sys.stderr)
 

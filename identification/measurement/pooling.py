@@ -64,6 +64,13 @@ def pool(
         StickslipError: no logs, logs of different rigs, contacts or arrangements, constants missing, or a log that
             `disc_motion`, `fuse` or `slip_segments` refuses.
     """
+    return _pooled(logs, free_decay, threshold, allow_no_stick, described=True)
+
+
+def _pooled(
+    logs: Sequence[RigLog], free_decay: FreeDecay | None, threshold: float, allow_no_stick: bool, *, described: bool
+) -> Pool:
+    """described: whether the laser's beam is what the user says, and not yet what the encoder shows."""
     if threshold <= 0:
         raise StickslipError(
             f"The threshold of slip speed is {threshold:g} m/s; it must be positive (usual: {THRESHOLD})."
@@ -82,11 +89,11 @@ def pool(
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
     raw, split, unfit = motions_in_pieces(sliding)
-    if beam := seen_beam(raw, SMOOTHING * period):
+    if described and (beam := seen_beam(raw, SMOOTHING * period)):
         words = beam_words(raw[0].log.calibration.need("laser"), beam)
         logs = [with_beam(log, beam) for log in logs]
         decay = free_decay and next((free_decay.again(log) for log in logs if log.name == free_decay.log), free_decay)
-        ready = pool(logs, free_decay=decay, threshold=threshold, allow_no_stick=allow_no_stick)
+        ready = _pooled(logs, decay, threshold, allow_no_stick, described=False)
         return replace(ready, warnings=(words, *ready.warnings))
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.inference.uncertainty import clustered_covariance
-from identification.measurement.disc_motion import edge_equations, with_lines
+from identification.measurement.disc_motion import GAIN_SUSPECT, edge_equations, with_lines
 from identification.measurement.motion import DiscMotion
 from rig_io.logs.beam import BEAMS
 from rig_io.logs.log import LaserCalibration, RigLog
@@ -25,30 +25,32 @@ SQUARE = 0.02  # 1/rad, deviation of a square beforehand: a tilt of two degrees
 
 def seen_beam(motions: Sequence[DiscMotion], window: float) -> str:
     """Name of the beam with which laser and encoder agree, where it is not that of the calibration; "" where that is
-    right, nothing tells, or a tilt explains as much. window: s, smoothing."""
+    right, nothing tells, a tilt explains as much, or their gains are apart by more than beams differ. window: s,
+    smoothing."""
     usable = with_lines(motions, window)
     if not usable:
         return ""
     equations, laser = edge_equations(usable, window), usable[0].log.calibration.need("laser")
     seen = np.arctan(equations.design[:, 0])
 
-    def with_column(column: np.ndarray) -> tuple[float, float, float]:
-        """Sum of squares with one more column (n,), its coefficient and deviation."""
+    def with_column(column: np.ndarray) -> tuple[float, float, float, float]:
+        """Sum of squares with one more column (n,), its coefficient and deviation, and the gain beside it."""
         design = np.column_stack([column, equations.design])
         solution = np.linalg.lstsq(design, equations.edge, rcond=None)[0]
         residual = design @ solution - equations.edge
         deviation = np.sqrt(clustered_covariance(design, residual, equations.line)[0, 0])
-        return float(residual @ residual), float(solution[0]), float(deviation)
+        return float(residual @ residual), float(solution[0]), float(deviation), float(solution[1])
 
     lines, match = len(np.unique(equations.line)), ""
-    left, square, _ = with_column(seen**2 / np.cos(seen))
+    left, square, _, _ = with_column(seen**2 / np.cos(seen))
     least = left * np.exp((square / SQUARE) ** 2 / lines)
     for name in BEAMS:
         column = replace(laser, beam=name).angle(laser.shown(seen)) - seen
         if name == laser.beam or not np.isfinite(column).all():
             continue
-        left, share, deviation = with_column(column)
-        if left < least and share > SURE * deviation and abs(share - 1) < NEAR + 2 * deviation:
+        left, share, deviation, gain = with_column(column)
+        whole = share > SURE * deviation and abs(share - 1) < NEAR + 2 * deviation
+        if whole and left < least and abs(gain) < GAIN_SUSPECT:
             least, match = left, name
     return match
 

@@ -169,7 +169,7 @@ class Upload(Page):
         are_logs = self.get_body_argument("what", "") == LOGS
         folder = _plain(self.get_body_argument("folder", LOGS)) if are_logs else ""
         bodies = {self.desk.inside(f"{folder}/{_plain(file.filename)}".lstrip("/")): file.body for file in files}
-        new = [path for path in bodies if not path.exists()]
+        before = {path: path.read_bytes() if path.exists() else None for path in bodies}
         for path, body in bodies.items():
             path.parent.mkdir(exist_ok=True)
             path.write_bytes(body)
@@ -177,8 +177,8 @@ class Upload(Page):
             try:
                 await asyncio.to_thread(self.desk.drafts.of, self.desk.folder, folder)
             except StickslipError as error:
-                for path in new:
-                    path.unlink()
+                for path, body in before.items():
+                    path.unlink() if body is None else path.write_bytes(body)
                 raise StickslipError(f"{error} What was dropped is not kept; drop logs that can be read.") from error
             self.redirect(f"/describe?{urlencode({'folder': folder})}")
             return

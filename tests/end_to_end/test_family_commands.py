@@ -71,7 +71,7 @@ def test_a_report_holds_everything_and_replaces_nothing(stickslip, fit, tmp_path
     assert answer.code == 0, answer.err
     page = (tmp_path / "all.html").read_text("utf-8")
     assert answer.json["bytes"] == len(page.encode())
-    assert page.count("<svg") == 3
+    assert page.count("<svg") == 5  # portrait and law first; friction, residuals, family
     for said in ("gave the same values", "would help most", "paper-rubber-0.83"):
         assert said in page
     package = json.loads((RIGS / "datapackage.json").read_text())

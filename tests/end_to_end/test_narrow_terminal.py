@@ -44,7 +44,7 @@ def on_terminal(arguments: list[str], columns: int, folder: Path) -> str:
         except OSError:  # the end, as Linux has it
             pass
     os.close(here)
-    lines = said.decode().replace("\r\n", "\n").split("\n")
+    lines = [line for line in said.decode().replace("\r\n", "\n").split("\n") if not re.search("━.*%", line)]
     return "\n".join(re.sub(r"\x1b\[[\d;?]*[A-Za-z]", "", re.split(r"\r|\x1b\[2K", line)[-1]) for line in lines)
 
 

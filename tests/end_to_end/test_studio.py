@@ -139,6 +139,15 @@ def test_logs_that_cannot_be_read_are_told_and_not_kept(visitor: Visitor, name: 
     assert not list((visitor.folder / "logs").iterdir())
 
 
+def test_a_log_that_cannot_be_read_replaces_none(visitor: Visitor) -> None:
+    kept = visitor.folder / "logs" / "run.csv"
+    kept.parent.mkdir(exist_ok=True)
+    kept.write_text("t,laser\n0,1\n")
+    assert visitor.fault_of("logs", "run.csv", b"")
+    assert kept.read_text() == "t,laser\n0,1\n"
+    kept.unlink()
+
+
 def test_a_study_whose_room_leads_elsewhere_is_not_opened(tmp_path: Path, stickslip) -> None:
     (tmp_path / "study").mkdir()
     (tmp_path / "study" / ".studio").symlink_to(tmp_path)

@@ -98,7 +98,7 @@ def test_wear_a_lost_sensor_and_a_slipping_drive_are_called(stickslip, bench: Pa
     mu_s, sd = entries["run-0.csv"]["values"]["mu_s"]
     assert abs(mu_s - 0.65) < 4 * sd
     text = page.read_text()
-    assert "<svg" in text and 'http-equiv="refresh"' in text and "the drive slips" in text
+    assert "<svg" in text and "location.reload(), 1000 * 2" in text and "the drive slips" in text
 
 
 def test_nothing_is_fitted_twice(stickslip, bench: Path, monkeypatch) -> None:

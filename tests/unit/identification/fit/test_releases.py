@@ -18,7 +18,7 @@ from identification.fit.result import FrictionFit
 from identification.fitted_model.model import fmu_parameters
 from identification.measurement.pooling import pool
 from identification.next_step.design import _holds
-from identification.report.fit_summary import _certainty
+from identification.report.fit_summary import certainty
 from rig_io.bench.drive import RAMP, RUN, Ripple, held_duration, with_holds
 from rig_io.bench.emulation import Disc, Emulation
 from rig_io.bench.emulator import emulate, free_decay, standard_set
@@ -80,7 +80,7 @@ def test_holds_over_two_decades_tell_the_growth(held: FrictionFit) -> None:
     assert "b0" not in fmu_parameters(replace(held, breakaway=replace(seen, growth=None)))
     again = FrictionFit.from_json(held.to_json())
     assert again.breakaway == seen
-    assert any("let go at" in said for said in _certainty(held))
+    assert any("let go at" in said for said in certainty(held))
 
 
 @pytest.mark.nightly

@@ -73,7 +73,7 @@ def test_a_disturbance_that_is_known_is_named_and_the_law_holds(name: str) -> No
     assert fit.free is not None and fit.free.explains
 
 
-def on_motor(seed: int, **belt: float) -> list[RigLog]:
+def on_motor(seed: int, **belt: Any) -> list[RigLog]:
     """The disc turns by two per cent less than an encoder shows that turns twice as often."""
     made = logs(seed, Faults(drive=lambda turned: 0.02 * turned))
     encoder = EncoderCalibration(500, ratio=2.0, **belt)

@@ -139,7 +139,7 @@ def test_a_near_miss_is_no_stick_and_a_stick_cut_short_is_one() -> None:
     changeover ends the stick after 3 % of the period, it sticks."""
     model = fitted_model(made_fit("liner/rubber", 3.0621, 2, theta_s=0.0, c=0.0055))
     words = [motion(model, {"disc0": speed, "disc1": 1.15}).words for speed in (0.45, 0.9, 1.2)]
-    assert words == ["stick on {0}", "stick on {0} -> {1}", "stick on {1}"]
+    assert words == ["stick on disc0", "stick on disc0, disc1", "stick on disc1"]
 
 
 @pytest.mark.parametrize("bristles", [{}, {"sigma0": 2e5, "sigma1": 100.0}])

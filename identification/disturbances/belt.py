@@ -4,6 +4,7 @@ from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import DRIVE, DisturbanceTerm, Effect
 from identification.disturbances.turn import unrecorded
 from identification.measurement.pooled import Pool
+from rig_io.logs.log import EncoderCalibration
 
 CREEP = Effect(
     "creep",
@@ -15,21 +16,21 @@ CREEP = Effect(
 )
 
 
-def _deviation(ready: Pool) -> float | None:
-    """How well the creep is known, where that is stated."""
-    return getattr(ready.motions[0].log.calibration, f"drive{ready.contacts[0][-1]}").creep_deviation
+def _encoders(ready: Pool) -> list[EncoderCalibration | None]:
+    """That of the drive, in each log."""
+    return [getattr(motion.log.calibration, f"drive{ready.contacts[0][-1]}") for motion in ready.motions]
 
 
 def _terms(ready: Pool, size: float | None) -> list[DisturbanceTerm]:
-    known = _deviation(ready)
+    encoder = _encoders(ready)[0]
+    known = encoder and encoder.creep_deviation
     return [DisturbanceTerm.told("creep", CREEP, 0, None if known is None else (0.0, known), "belt as described")]
 
 
 def _hidden(ready: Pool) -> str:
     if reason := unrecorded(ready):
         return reason
-    encoders = (getattr(motion.log.calibration, f"drive{ready.contacts[0][-1]}") for motion in ready.motions)
-    if all(encoder is not None and encoder.may_creep for encoder in encoders):
+    if all(encoder is not None and encoder.may_creep for encoder in _encoders(ready)):
         return ""
     return "the encoder of the drive sits on the disc, or behind a gear (its ratio, and --set belt, say so)."
 

@@ -32,15 +32,15 @@ from typing import TYPE_CHECKING, Any, cast
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError, nearest
 from fmu_models.base.files import is_sealed, refuse_existing, seal, write_whole
-from fmu_models.base.layout import SIGNALS
 from fmu_models.base.temporary import temporary_folder
 from fmu_models.base.version import version
+from fmu_models.codegen.contents import texts_beside
 from fmu_models.codegen.rights import Rights
 from fmu_models.language.laws import LAWS
 from fmu_models.language.laws import load as load_law
 from fmu_models.oscillators import MODELS
-from fmu_models.toolchain.compiler import compile_shared, compiler_for, engine_sources
-from fmu_models.toolchain.platforms import HOST, PLATFORMS, this_platform
+from fmu_models.toolchain.compiler import compile_shared, compiler_for
+from fmu_models.toolchain.platforms import HOST, this_platform
 from fmu_models.toolchain.platforms import platforms as chosen_platforms
 
 if TYPE_CHECKING:
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     Model = str | os.PathLike[str] | Mechanism | Automaton
 
 FMI_VERSIONS = ("2.0", "3.0")
-LANE_TABLES = "model_lanes.h"  # among the sources of a model that lanes follow
 
 
 @dataclass(frozen=True)
@@ -156,7 +155,7 @@ def write(
 ) -> Path:
     """Write a lowered system as an FMU; the rest is as for ``export``, errors too."""
     path = checked(path, fmi_version, overwrite)
-    texts = _texts(system, fmi_version, packaging.rights or Rights())
+    texts = texts_beside(system, fmi_version, packaging.rights or Rights())
     _pack({**texts, **_libraries(system.name, texts, fmi_version, packaging)}, path, overwrite)
     return path
 
@@ -234,7 +233,7 @@ def prepared(
     packed = file.parent / "sources" / file.name
     if not is_sealed(packed):
         packed.parent.mkdir(parents=True, exist_ok=True)
-        _pack(_texts(lowered(), fmi_version, Rights()), packed, overwrite=True)
+        _pack(texts_beside(lowered(), fmi_version, Rights()), packed, overwrite=True)
         seal(packed)
     return packed, functools.partial(_completed, packed, file, fmi_version)
 
@@ -282,7 +281,7 @@ def built_of(system: HybridSystem, fmi_version: str = "3.0") -> Path:
 
 
 def _options_of(system: HybridSystem, fmi_version: str) -> Sequence[str | bytes]:
-    texts = _texts(system, fmi_version, Rights())
+    texts = texts_beside(system, fmi_version, Rights())
     return ("sources", *(text for name in sorted(texts) for text in (name, texts[name])))
 
 
@@ -386,62 +385,6 @@ def _libraries(
             pool.shutdown(cancel_futures=True)
             raise
     return files
-
-
-@functools.lru_cache(maxsize=1)  # what is built is first looked for by them
-def _texts(system: HybridSystem, fmi_version: str, rights: Rights) -> Mapping[str, bytes | str]:
-    """What the archive holds beside the library, by name."""
-    from fmu_models.codegen.c_source import sources
-    from fmu_models.codegen.documentation import documents
-    from fmu_models.codegen.lane_tables import lane_tables
-    from fmu_models.codegen.model_description import model_description, render
-    from fmu_models.codegen.model_structure import ModelStructure
-    from fmu_models.codegen.signal_periods import signal_periods
-
-    generated = sources(system)
-    token = re.search(r'#define MODEL_TOKEN "([^"]+)"', generated["model_sizes.h"])
-    if token is None:
-        raise ValueError("model_sizes.h defines no MODEL_TOKEN")
-    tool = f"stickslip {version()}"
-    structure = ModelStructure(system)
-    tables = lane_tables(system)
-    lanes = {LANE_TABLES: tables} if tables else {}
-    c_files = {**_engine(fmi_version), **generated, **lanes, "all.c": _all_c(system, fmi_version)}
-    files: dict[str, bytes | str] = {f"sources/{name}": text for name, text in c_files.items()}
-    if fmi_version == "3.0":
-        files["sources/buildDescription.xml"] = render("buildDescription.xml.j2", system=system)
-    folders = {p.fmi3: p.fmi2 if fmi_version == "2.0" else p.fmi3 for p in PLATFORMS.values()}
-    header = f"fmi{fmi_version[0]}Functions.h"
-    files["sources/CMakeLists.txt"] = render("CMakeLists.txt.j2", name=system.name, header=header, folders=folders)
-    files["modelDescription.xml"] = model_description(structure, token.group(1), fmi_version, tool, rights)
-    files |= {SIGNALS: signal_periods(system)} if system.signals else {}
-    files |= rights.files
-    files |= documents(structure, fmi_version, token.group(1), tool, rights)
-    return files
-
-
-def _engine(fmi_version: str) -> dict[str, str]:
-    """The engine's C files for one version of FMI."""
-    unused = "fmi/fmi2" if fmi_version == "3.0" else "fmi/fmi3"
-    return {name: text for name, text in engine_sources().items() if not name.startswith(unused)}
-
-
-# of a model with one contact gcc takes accesses to another one for real, behind conditions that rule them out
-_ONE_CONTACT = """#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Warray-bounds"
-#endif
-"""
-
-
-def _all_c(system: HybridSystem, fmi_version: str) -> str:
-    """The one file that is compiled."""
-    names = ["model.c", *(name for name in _engine(fmi_version) if name.endswith(".c"))]
-    includes = "\n".join(f'#include "{name}"' for name in names)
-    nominals = ", ".join(repr(state.nominal) for state in system.states)
-    return (
-        f"/* {system.name}: generated model and engine as one translation unit */\n{_ONE_CONTACT}{includes}\n\n"
-        f"const double model_nominal_states[MODEL_ROOM(MODEL_NX)] = {{{nominals}}};\n"
-    )
 
 
 def _sources_digest() -> str:

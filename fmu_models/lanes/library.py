@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fmu_models.base.temporary import temporary_folder
-from fmu_models.codegen.package import LANE_TABLES
+from fmu_models.codegen.contents import LANE_TABLES
 from fmu_models.fmu.fmu import Fmu
 from fmu_models.fmu.library import unload
 from fmu_models.toolchain.compiler import compile_shared

@@ -8,7 +8,7 @@ import pytest
 from mechanisms import crank_without_rod, opened
 
 from fmu_models.base.errors import StickslipError
-from fmu_models.codegen import package
+from fmu_models.codegen import contents
 from fmu_models.oscillators import load
 from fmu_models.simulation.run import simulate
 from fmu_models.toolchain.compiler import engine_sources
@@ -23,7 +23,7 @@ def break_engine(monkeypatch: pytest.MonkeyPatch, *changes: tuple[str, str, str]
     for file, line, other in changes:
         assert texts[file].count(line) == 1
         texts[file] = texts[file].replace(line, other)
-    monkeypatch.setattr(package, "engine_sources", lambda: texts)
+    monkeypatch.setattr(contents, "engine_sources", lambda: texts)
 
 
 @pytest.mark.parametrize("F", [0.0, 0.3])

@@ -44,8 +44,13 @@ size_t tangents_room(int n)
 
 Tangents *tangents_start(void *room, const Run *r, int n)
 {
-    Tangents *tangents = memset(room, 0, tangents_room(n));
+    Tangents *tangents = memset(room, 0, sizeof(Tangents) + (size_t)n * sizeof(Tangent));
     tangents->count = n;
+    for (int k = 0; k < n; k += PAIR) {
+        Variation *l = memset(variation_of(tangents, k), 0, offsetof(Variation, change));
+        for (int i = 0; i < LINEAR_MODES; i++)
+            l->change[i].known = 0;
+    }
     for (int k = 0; k < n; k++) {
         for (int i = 0; i < MODEL_NP; i++)
             tangents->list[k].at.p[i] = r->at.p[i];
@@ -132,7 +137,7 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
     double rest;
     if (!r->segment_valid) {
         end = fmin(end, r->tick);
-        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end), 1) == RUN_ERROR) return RUN_ERROR;
+        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end)) == RUN_ERROR) return RUN_ERROR;
         if (tangents_fit_step(r, tangents) == RUN_ERROR) return RUN_ERROR;
     }
     *until = fmin(fmin(end, r->tick), run_segment_end(r, &rest));

@@ -6,6 +6,7 @@
 #include "../step/reach.h"
 #include "../step/roots.h"
 #include "../step/taylor.h"
+#include "linear_variation.h"
 
 /* where the series of the tangents start */
 static void load_variations(Tangents *tangents)
@@ -95,7 +96,8 @@ static void vary_series(const Run *r, Tangents *tangents, double ending)
     for (int k = 0; k < tangents->count; k += PAIR) {
         Variation *l = variation_of(tangents, k);
         l->ending = ending;
-        variation_series(r, l, taylor_order(r), vary_held, tangents);
+        variation_series(r, l, r->segment_linear ? 1 : taylor_order(r), vary_held, tangents);
+        if (r->segment_linear) linear_variation(r, tangents, k);
     }
 }
 

@@ -182,7 +182,19 @@ double linear_length(Run *r)
     return m->length;
 }
 
+double linear_power(const Run *r, double length)
+{
+    const LinearMode *m = &r->linear[r->segment_linear - 1];
+    return length <= m->length ? m->power : pow(length, LINEAR_ORDER - 1);
+}
+
 #else
+
+double linear_power(const Run *r, double length)
+{
+    (void)r;
+    return pow(length, LINEAR_ORDER - 1);
+}
 
 int linear_series(Run *r, Jets *j, int order)
 {

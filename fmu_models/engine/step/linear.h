@@ -10,3 +10,5 @@ int linear_series(Run *r, Jets *j, int order);
 
 /* a length over which all these keep the tolerance, of the mode; 0 where they have to be looked at */
 double linear_length(Run *r);
+/* no less than a length of a step of sums to the power of its last term but one */
+double linear_power(const Run *r, double length);

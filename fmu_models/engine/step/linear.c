@@ -126,7 +126,7 @@ static const LinearMode *mode_of(Run *r, const Jets *j)
 int linear_series(Run *r, Jets *j, int order)
 {
     double z[Z_COLUMNS];
-    if (r->at.curved || order > LINEAR_ORDER) return 0;
+    if (r->at.curved || order > LINEAR_ORDER || r->tolerances.step < run_default_tolerances.step) return 0;
     flow_load(&r->at, j, 0);
     flow_field(&r->at, j, 0, 0);
     flow_extend(j, 1, 0);

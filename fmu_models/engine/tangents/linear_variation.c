@@ -89,7 +89,7 @@ static void load_first(const Run *r, const LinearMode *m, const Variation *l, co
     along[Z_TIME] = PAIR_ZERO;
 }
 
-void linear_variation(const Run *r, Tangents *tangents, int k)
+void linear_variation(const Run *r, Tangents *tangents, int k, int every)
 {
     Variation *l = variation_of(tangents, k);
     const LinearMode *m = &r->linear[r->segment_linear - 1];
@@ -98,6 +98,8 @@ void linear_variation(const Run *r, Tangents *tangents, int k)
     Pair along[Z_COLUMNS];
     load_first(r, m, l, change, z, along);
     for (int i = 0; i < m->rows; i++) {
+        const int contact = i < MODEL_NX ? 0 : m->contact[i - MODEL_NX];
+        if (!every && i >= MODEL_NX && !r->falling[contact][0] && !r->falling[contact][1]) continue;
         Pair *series = variation_row(l, m, i) + 1;
         for (int n = 0; n < LINEAR_ORDER; n += Z_PART) {
             Pair sum[Z_PART] = {PAIR_ZERO};
@@ -115,7 +117,10 @@ void linear_variation(const Run *r, Tangents *tangents, int k)
 
 #else
 
-void linear_variation(const Run *r, Tangents *tangents, int k) { (void)r, (void)tangents, (void)k; }
+void linear_variation(const Run *r, Tangents *tangents, int k, int every)
+{
+    (void)r, (void)tangents, (void)k, (void)every;
+}
 
 #endif
 

@@ -4,8 +4,8 @@
 #ifndef STICKSLIP_LINEAR_VARIATION_H
 #define STICKSLIP_LINEAR_VARIATION_H
 
-/* of tangent k and the one after it, the variations of the series that such a step keeps, from those of the first
-   orders */
-void linear_variation(const Run *r, Tangents *tangents, int k);
+/* of tangent k and the one after it, the variations of the series of the states and of what falls at the end of such a
+   step, or of every one that it keeps, from those of the first orders */
+void linear_variation(const Run *r, Tangents *tangents, int k, int every);
 
 #endif

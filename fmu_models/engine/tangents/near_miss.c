@@ -12,6 +12,7 @@
 
 #include "../step/event_location.h"
 #include "indicator_series.h"
+#include "linear_variation.h"
 #include "tangent_series.h"
 
 enum { MISS_SAMPLES = 8, MISS_BISECTIONS = 200 };
@@ -211,6 +212,8 @@ void near_misses_note(const Run *r, Tangents *tangents, double until, NearMisses
     const double length = fmin(until - r->segment_start, r->segment_length);
     const double end = r->segment_rooted ? sqrt(length) : length;
     if (!(length > 0.0)) return;
+    for (int k = 0; r->segment_linear && k < tangents->count; k += PAIR)
+        linear_variation(r, tangents, k, 1);
     settle_pending(r, tangents, misses);
     if (misses->events != r->events && !r->segment_rooted) note_beginnings(r, tangents, misses);
     misses->events = r->events;

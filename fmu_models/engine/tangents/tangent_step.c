@@ -99,7 +99,7 @@ static void vary_series(const Run *r, Tangents *tangents, double ending)
         Variation *l = variation_of(tangents, k);
         l->ending = ending;
         variation_series(r, l, r->segment_linear ? 1 : taylor_order(r), vary_held, tangents);
-        if (r->segment_linear) linear_variation(r, tangents, k);
+        if (r->segment_linear) linear_variation(r, tangents, k, 0);
     }
 }
 

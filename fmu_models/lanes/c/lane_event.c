@@ -35,12 +35,13 @@ void lane_stop(LaneTable *t, Lane *lane, int g, double depth, double rate, doubl
     LaneMotion *m = &lane->motion;
     const int before = m->state[c];
     int64_t *known = lane->known;
+    int digit; /* away, touching, released */
     memset(known, 0, sizeof lane->known);
     if (lanes_guard_slot[g] == GUARD_TANGENTIAL) {
-        m->state[c] = before == CONTACT_RELEASED ? CONTACT_TOUCHING : depth > 0.0 ? CONTACT_RELEASED : CONTACT_AWAY;
-        known[m->state[c] == CONTACT_AWAY ? g - 1 : g] = 1;
+        digit = before == CONTACT_RELEASED ? 1 : depth > 0.0 ? 2 : 0;
+        known[digit == 0 ? g - 1 : g] = 1;
     } else {
-        m->state[c] = before == CONTACT_AWAY ? CONTACT_TOUCHING : CONTACT_AWAY;
+        digit = before == CONTACT_AWAY;
         known[g] = 1;
         if (before == CONTACT_AWAY) {
             m->memory[c] = fabs(rate);
@@ -48,13 +49,14 @@ void lane_stop(LaneTable *t, Lane *lane, int g, double depth, double rate, doubl
                 known[g + 1] = t->entry_release[c][0] * rate + t->entry_release[c][1] == 0.0;
         }
     }
+    lane->mode = t->mode[lane->mode].with[c][digit];
+    lane->failed |= !table_at(t, lane->mode)->usable;
+    m->state[c] = t->mode[lane->mode].state[c];
     if (before == CONTACT_TOUCHING) m->held[c] += time - m->since[c];
-    if (m->state[c] == CONTACT_TOUCHING) {
+    if (digit == 1) {
         m->since[c] = time;
         m->began[c]++;
     }
-    lane->mode = table_mode(m->state);
-    lane->failed |= !table_at(t, lane->mode)->usable;
 }
 
 /* how many zeros guard g has from now on: of the two margins of stick the nearer one has them, or both without load */
@@ -145,7 +147,8 @@ int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
     Lane *lane = &pool->lanes[slot];
     LaneTable *t = &pool->tables[slot];
     if (!motion->wanted || !t->usable) return 0;
-    const int mode = table_mode(motion->state);
+    const int same = !lane->failed && memcmp(motion->state, lane->motion.state, sizeof motion->state) == 0;
+    const int mode = same ? lane->mode : table_mode(motion->state);
     if (mode < 0 || !table_at(t, mode)->usable) return 0;
     lane->motion = *motion;
     lane->mode = mode;

@@ -25,7 +25,8 @@ from identification.report.calibration_summary import (
     verdicts,
 )
 from identification.report.citations import calibration_citations
-from identification.report.page import Findings, counted, nested, warned
+from identification.report.hysteresis_report import loop_tables
+from identification.report.page import Findings, counted, warned
 
 BESIDE = (
     "Each measured variable over time and of the model (line), what is left, and the variable over its rate, both by "
@@ -108,7 +109,9 @@ class CalibrationFindings(Findings):
             parts = [drawing(followed_figure(self.followed), "logs", BESIDE), lines.html()]
             sections.append(section("logs", "Logs beside the model", parts))
         if self.loops:
-            sections.append(section("loops", "Sliders, cycles and laws", [nested(self.loops)]))
+            notes = [*self.loops["notes"], f"As Python: {self.loops['laws'][0]['declaration']}"]
+            parts = [*(part.html() for part in loop_tables(self.loops)), bullets(notes)]
+            sections.append(section("loops", "Sliders, cycles and laws", parts))
         rest = [residuals_table(found.residuals).html(), paragraph(meaning(found), "about")]
         sections.append(section("residuals", "What the calibration left, and what the intervals rest on", rest))
         where = f"Declared in {found.declaration}." if found.declaration else "Declared in a program."

@@ -131,9 +131,9 @@ def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[st
         from identification.transfer.values import machine_values
 
         fit, declared = read_machine(fitted, machine)
-        made = machine_with(declared.mechanism, fit)
-        values = machine_values(made, fit, only=only, renamed=renamed)
-        return _Handed(fit.machine, values, lambda fmi: Fmu.open(built(made, fmi_version=fmi)))
+        fitted_machine = machine_with(declared.mechanism, fit)
+        values = machine_values(fitted_machine, fit, only=only, renamed=renamed)
+        return _Handed(fit.machine, values, lambda fmi: Fmu.open(built(fitted_machine, fmi_version=fmi)))
     from identification.fit.followed import followed_in
     from identification.fit.result import read_fit
     from identification.fitted_model.model import fitted_model

@@ -79,17 +79,17 @@ class Field:
 def fields(command: Any) -> list[Field]:
     """Fields of a command of typer: those that must be filled in, what it is of, those that most want to say, the
     others."""
-    found = [_field(parameter) for parameter in command.params if parameter.name not in UNASKED]
+    listed = [_field(parameter) for parameter in command.params if parameter.name not in UNASKED]
     places = {name: place for place, name in enumerate(FIRST)}
-    return sorted(found, key=lambda field: (not field.required, field.flag != "", places.get(field.name, len(FIRST))))
+    return sorted(listed, key=lambda field: (not field.required, field.flag != "", places.get(field.name, len(FIRST))))
 
 
 def groups(found: Sequence[Field], values: Values) -> dict[str, list[Field]]:
     """Fields by the heading that they stand under, "" for those that are always seen; none that is empty."""
     parts: dict[str, list[Field]] = {"": [], "Files": [], "More options": []}
     for field in found:
-        said = any(values.get(field.name, ())) and values[field.name] != [field.default]
-        seen = field.required or not field.flag or field.name in FIRST or (said and field.name not in WRITTEN)
+        filled_in = any(values.get(field.name, ())) and values[field.name] != [field.default]
+        seen = field.required or not field.flag or field.name in FIRST or (filled_in and field.name not in WRITTEN)
         parts["" if seen else "Files" if field.name in WRITTEN else "More options"].append(field)
     return {heading: part for heading, part in parts.items() if part}
 
@@ -151,14 +151,14 @@ def arguments(command: str, found: Sequence[Field], values: Values) -> list[str]
     must be filled in."""
     line = [command]
     for field in found:
-        given = [text.strip() for value in values.get(field.name, ()) for text in value.splitlines() if text.strip()]
-        if field.required and not given:
+        lines = [text.strip() for value in values.get(field.name, ()) for text in value.splitlines() if text.strip()]
+        if field.required and not lines:
             raise StickslipError(f"'{field.label}' is empty. {field.help}")
         if field.kind == "flag":
-            on, default = given == ["True"], field.default == "True"
+            on, default = lines == ["True"], field.default == "True"
             line += [] if on == default else [field.flag if on else field.off]
-        elif given and given != [field.default]:
-            line += [word for text in given for word in (_given(field.flag, text) if field.flag else (text,))]
+        elif lines and lines != [field.default]:
+            line += [word for text in lines for word in (_given(field.flag, text) if field.flag else (text,))]
     return line
 
 

@@ -125,8 +125,8 @@ class Page(tornado.web.RequestHandler):
 
     def show(self, template: str, **values: Any) -> None:
         """Write a page."""
-        known = {"folder": self.desk.folder.name, "version": version(), "xsrf": self.xsrf_token.decode()}
-        self.finish(self.desk.pages.get_template(template).render(**known, **values))
+        common = {"folder": self.desk.folder.name, "version": version(), "xsrf": self.xsrf_token.decode()}
+        self.finish(self.desk.pages.get_template(template).render(**common, **values))
 
     def write_error(self, status_code: int, **details: Any) -> None:
         """A page for what went wrong; of what a user did, the sentence."""
@@ -263,19 +263,19 @@ class Give(Page):
 
     def get(self, name: str) -> None:
         """Show it, with what goes over from the step before."""
-        found = self.desk.fields(name)
-        values = forms.proposals(name, found)
+        fields = self.desk.fields(name)
+        values = forms.proposals(name, fields)
         if (before := self.get_query_argument("after", "")).isdigit() and (step := self.desk.steps.step(int(before))):
             again = step.arguments[0] == name
             written = [file for file in step.files if file.endswith((".fmu", ".toml"))]
-            given = {"path": written[:1]} if written else step.values
-            values = dict(step.values) if again else values | forms.carried(given, found)
+            carried = {"path": written[:1]} if written else step.values
+            values = dict(step.values) if again else values | forms.carried(carried, fields)
             place, at = place_of(self.desk.folder, step.files), self._at()
             if place is not None and (at or not again):
-                begun_at(place, at, name, found, values)
+                begun_at(place, at, name, fields, values)
         if first := self.get_query_argument("first", ""):
-            values[found[0].name] = [first]
-        self._ask(name, found, values)
+            values[fields[0].name] = [first]
+        self._ask(name, fields, values)
 
     def post(self, name: str) -> None:
         """Begin it, or say what is missing."""

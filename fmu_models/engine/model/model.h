@@ -27,6 +27,10 @@
 #else
 #define CALLED
 #endif
+/* a function that runs of small models seldom reach: left as it stands where their core is built (fmu/c/core.c) */
+#if !defined(RARE)
+#define RARE
+#endif
 
 #include "../model_sizes.h" /* generated: MODEL_NQ ... below, and MODEL_NAME, MODEL_TOKEN */
 

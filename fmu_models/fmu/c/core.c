@@ -17,12 +17,7 @@
 #include <xmmintrin.h>
 #endif
 
-#include "model_sizes.h"
-
-/* of many contacts, and at impacts, all that selects states is reached often */
-#if MODEL_NC <= 2 && !MODEL_IMPACTS
-#define RARE __attribute__((noinline, optnone))
-#endif
+#define STICKSLIP_CORE
 #pragma clang diagnostic ignored "-Wunused-function"
 #pragma clang attribute push(__attribute__((internal_linkage)), apply_to = function)
 #include "all.c"

@@ -18,7 +18,7 @@
 #include "series_runs.h"
 
 enum {
-    LANE_RUNS_TOGETHER = 256,
+    LANE_RUNS_TOGETHER = 64,             /* their numbers stay near the processor */
     TANGENTS = MODEL_NX * (MODEL_NX + 1) /* numbers of the differences of one motion and their growth, at most */
 };
 

@@ -109,6 +109,9 @@ def test_tables_and_sentences_show_values_verdicts_and_what_a_pass_means() -> No
     )
     assert told[0].endswith("They agree.") and told[1].endswith("They do not agree.")
     assert "which stick up to 1 rad/s" in told[1]
+    vague = replace(family().bifurcations[0], passed=None)
+    (open_,) = bifurcation_sentences(replace(family(), bifurcations=(vague,), hopf=None))
+    assert open_.endswith("They are not told apart: too little is known of them.")
     json.dumps(family().to_dict(), allow_nan=False)
 
 

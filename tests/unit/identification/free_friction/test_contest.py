@@ -73,11 +73,20 @@ def test_a_disturbance_that_is_known_is_named_and_the_law_holds(name: str) -> No
     assert fit.free is not None and fit.free.explains
 
 
+KNOWN: list[dict[str, Any]] = [{}, {"creep": 0.02, "creep_deviation": 0.003}, {"creep_deviation": 0.0}]
+
+
 def on_motor(seed: int, **belt: Any) -> list[RigLog]:
     """The disc turns by two per cent less than an encoder shows that turns twice as often."""
     made = logs(seed, Faults(drive=lambda turned: 0.02 * turned))
     encoder = EncoderCalibration(500, ratio=2.0, **belt)
     return [replace(log, calibration=replace(log.calibration, drive0=encoder)) if log.contacts else log for log in made]
+
+
+def test_creep_that_too_few_speeds_tell_is_said() -> None:
+    said = [any("do not tell creep" in one for one in pool(on_motor(4, **belt)).warnings) for belt in KNOWN]
+    assert said == [True, False, False]
+    assert not any("do not tell creep" in one for one in pool(logs(4)).warnings)
 
 
 def test_a_gear_does_not_creep() -> None:

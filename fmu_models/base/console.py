@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import errno
 import inspect
+import io
 import json
 import os
+import re
 import sys
 import textwrap
 import time
@@ -34,6 +36,11 @@ PATIENCE = 2.0
 UNWRITTEN = 74  # exit code: EX_IOERR of sysexits.h
 LINE_EVERY = 10.0  # s between lines of progress where there is no terminal
 INTERRUPTED = 130  # exit code: 128 and the number of the signal
+# what is copied and pasted, so that no line ends within it: a command behind a colon, an option with its value, quotes
+PASTED = re.compile(
+    r"""(?<=: )stickslip .+?(?=[.;]?$|[.;] )|(?:--[\w-]+ )?(?<![\w'"`])(['"`])\S.*?\1(?!\w)|--[\w-]+ \S+"""
+)
+UNBROKEN = "\0"  # a blank in it; `printable` leaves none in a text
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
@@ -301,7 +308,9 @@ def run(application: typer.Typer) -> None:
         _forget_output()
     except usage_error as error:
         error.message = printable(error.message)
-        error.show()
+        usage = io.StringIO()
+        error.show(usage)
+        _print_error(usage.getvalue().removesuffix("\n"))
         code = 2
     except (KeyboardInterrupt, typer.Abort):
         code = INTERRUPTED
@@ -336,15 +345,22 @@ def warn(text: str) -> None:
 
 
 def _complain(text: str) -> None:
-    said = f"stickslip: {printable(text)}"
+    _print_error(f"stickslip: {printable(text)}")
+
+
+def _print_error(text: str) -> None:
     # a terminal itself would break lines within words; one of a notebook has no width
     if sys.stderr.isatty() and (width := os.get_terminal_size(sys.stderr.fileno()).columns):
-        said = "\n".join(hanging(line, width) for line in said.split("\n"))
-    print(said, file=sys.stderr)
+        text = "\n".join(hanging(line, width) for line in text.split("\n"))
+    print(text, file=sys.stderr)
 
 
 def hanging(text: str, width: int, indent: int = 0) -> str:
-    """A line broken between words, with what goes on below it indented."""
+    """A line broken between words, but not within what is `PASTED`, with what goes on below it indented."""
     return textwrap.fill(
-        text, max(width, indent + 1), subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False
-    )
+        PASTED.sub(lambda match: match[0].replace(" ", UNBROKEN), text),
+        max(width, indent + 1),
+        subsequent_indent=" " * indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    ).replace(UNBROKEN, " ")

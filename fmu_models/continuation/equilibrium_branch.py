@@ -12,6 +12,7 @@ import numpy as np
 
 from fmu_models.base.arrays import Complex
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.figures import Spanned
 from fmu_models.continuation.born_cycle import cycles_from_boundary, cycles_from_hopf
 from fmu_models.continuation.branch import Branch, follower_of
 from fmu_models.continuation.curves.curve import Curve, CurvePoint
@@ -144,6 +145,11 @@ class EquilibriumBranch(SolutionBranch):
     special: tuple[SpecialEquilibrium, ...]
     intervals: Vector | None = None
     cycles: tuple[Branch, ...] = ()
+
+    @property
+    def spanned(self) -> Spanned | None:
+        """The parameter and the state that is drawn; a path of eigenvalues has no place to begin from."""
+        return None if self.of == EIGENVALUES else Spanned(self.over, self.of, (self.over,), self.states)
 
     @property
     def rows(self) -> list[dict[str, Any]]:

@@ -15,6 +15,7 @@ The order of the units is irrelevant to the result.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
@@ -45,6 +46,7 @@ JUMP = 100.0  # of the tolerance: a signal that is off by more has jumped
 MERGED = 3.0  # times as long: two events that undo one another
 BENT = 0.1  # of the tolerance: lines that do not bend more reach an event at once
 DISCARDS = 12  # in a row
+CHATTERING, CHATTER_SPAN = 300, 1e-8  # events in a row that are so near, in the run, that it would never end
 STUBBORN = 3  # misses in a row that a shorter step does not lessen: a jump
 
 
@@ -126,6 +128,7 @@ class Master(Outcome):
         self._smooth = not any(unit.continuous.any() for unit in self.units)
         self.h, self._limit = 0.0, np.inf  # of the next step alone
         self._before: Vector | None = None  # what was read before the last event
+        self._halts = deque([-np.inf] * CHATTERING, CHATTERING)  # times of the last events, merged ones too
         recorded, self.output, self.watch = recording(self.points, names, times, fixed=bool(self.step))
         variables = self.points.composite.fmu.variables
         self.measured_in = {name: str(variables[name].unit or "1") for name in recorded}
@@ -370,9 +373,20 @@ class Master(Outcome):
             self._restart()
 
     def _finish(self, time: float, before: Vector, noted: int) -> None:
-        """A step that ends at an event; before: what was read at its start, where ``noted`` events were known."""
+        """A step that ends at an event; before: what was read at its start, where ``noted`` events were known.
+        MotionError: events follow one another without end."""
         self.steps += 1
         points = self.points
+        self._halts.append(time)
+        if time - self._halts[0] <= CHATTER_SPAN * self.span:
+            name = points.events[-1].name if points.events else "a unit"
+            raise MotionError(
+                f"the last {CHATTERING} events, of unit '{name}', lie within {time - self._halts[0]:.2g} s at "
+                f"t = {time:.9g} s (chattering): it goes to and fro, and the run would not end. Give its model a state "
+                "of its own (a stick mode) for this motion, or a hysteresis.",
+                "chattering",
+                time,
+            )
         start, points.time = self.history.time, time
         self.output.event(time)
         points.handle_events()

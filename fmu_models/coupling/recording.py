@@ -35,7 +35,7 @@ def recording(
     recorded = list(system.outputs) or list(dict.fromkeys([*states, *every]))
     ends = [split(fmus, name, system.name) for name in recorded]
     still = [fmus[unit].variables[name].causality in ("parameter", "calculatedParameter") for unit, name in ends]
-    held = np.array([s or discrete(fmus[u], name) for s, (u, name) in zip(still, ends, strict=True)], bool)
+    steady = np.array([s or discrete(fmus[u], name) for s, (u, name) in zip(still, ends, strict=True)], bool)
     # what tells an event that changes something
     stopping = [unit.name for unit in points.units if unit.stops]
     memory = [
@@ -56,4 +56,4 @@ def recording(
         points.check(library().fmi_read(calls, chosen, values.ctypes.data), "reading values")
         return values[columns]
 
-    return recorded, DenseOutput(read, len(recorded), sloped, held, times), watch
+    return recorded, DenseOutput(read, len(recorded), sloped, steady, times), watch

@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -128,9 +129,13 @@ def _here(
         return with_connectors(system, Trajectory(times, {}, {}, (), 0, 0, "values alone, no units"))
     if system.solver == BY_STEPS or (system.solver == "auto" and not system.exchanges_models):
         tell = progress if apart else None
-        run = co_simulate(system, output_times=output_times, progress=progress, tell=tell)
-        return with_connectors(system, run)
-    return with_connectors(system, _as_one(system, output_times, progress))
+        run = partial(co_simulate, tell=tell)
+    else:
+        run = _as_one
+    try:
+        return with_connectors(system, run(system, output_times=output_times, progress=progress))
+    except MotionError as error:
+        raise _with_cure(error, system) from error
 
 
 def with_connectors(system: CoupledSystem, trajectory: Trajectory) -> Trajectory:
@@ -162,18 +167,15 @@ def _as_one(
             )
     driver = CoupledDriver(system)
     with driver:
-        try:
-            trajectory = driver.run(
-                system.stop_time,
-                start_time=system.start_time,
-                parameters=system.values("parameters"),
-                start=system.values("start"),
-                inputs=system.values("inputs"),
-                output_times=output_times,
-                progress=progress,
-            )
-        except MotionError as error:
-            raise _with_cure(error, system) from error
+        trajectory = driver.run(
+            system.stop_time,
+            start_time=system.start_time,
+            parameters=system.values("parameters"),
+            start=system.values("start"),
+            inputs=system.values("inputs"),
+            output_times=output_times,
+            progress=progress,
+        )
         loops = sum(stage.loop for stage in driver.composite.stages)
     note = f"{trajectory.method}; {len(system.units)} units as one"
     if loops:
@@ -182,12 +184,14 @@ def _as_one(
 
 
 def _with_cure(error: MotionError, system: CoupledSystem) -> MotionError:
-    """The error; where contacts chatter it names the rates of fed inputs that they depend on and nothing feeds."""
+    """The error; where contacts chatter it names the rates of fed inputs that they depend on, or that the unit
+    takes which is named as a whole, and that nothing feeds."""
     taken = {".".join(wire.target) for wire in system.wires} | system.values("inputs").keys()
     missing = [
         f"from {'.'.join(wire.source)}'s rate of change to {rate}"
         for wire in system.wires
-        if (rate := f"{'.'.join(wire.target)}_rate") not in taken and rate in str(error)
+        if (rate := f"{'.'.join(wire.target)}_rate") not in taken
+        and (rate in str(error) or (f"unit '{wire.target[0]}'" in str(error) and _takes(system, *wire.target)))
     ]
     if error.kind != "chattering" or not missing:
         return error
@@ -195,6 +199,12 @@ def _with_cure(error: MotionError, system: CoupledSystem) -> MotionError:
     cured = MotionError(text, error.kind, error.time, error.indicator)
     cured.so_far = error.so_far
     return cured
+
+
+def _takes(system: CoupledSystem, unit: str, name: str) -> bool:
+    """Whether the rate of an input is an input, too."""
+    rate = system.fmus[unit].variables.get(f"{name}_rate")
+    return rate is not None and rate.causality == "input"
 
 
 def recorded(system: CoupledSystem, trajectory: Trajectory) -> Recording:

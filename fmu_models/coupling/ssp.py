@@ -132,8 +132,8 @@ class _Reader:
             child, name = element.get(f"{side}Element") or "", element.get(f"{side}Connector", "")
             path = ".".join(filter(None, (at, child)))
             if child and path not in self.paths:
-                known = [p.removeprefix(f"{at}.") for p in self.paths if p.startswith(at)]
-                raise StickslipError(f"{where}: a connection names no element '{child}' there.{nearest(child, known)}")
+                names = [p.removeprefix(f"{at}.") for p in self.paths if p.startswith(at)]
+                raise StickslipError(f"{where}: a connection names no element '{child}' there.{nearest(child, names)}")
             variable = self.fmus[path].variables.get(name) if path in self.fmus else None
             if not child:
                 self.connectors.setdefault((at, name), Connector("input" if side == "start" else "output"))

@@ -34,8 +34,8 @@ def inline_svg(figure: Figure, prefix: str, title: str) -> str:
     svg = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", svg, count=1)
     svg = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", svg, count=1)
     head, end, body = svg.partition(">")
-    told = f'style="min-width: {_least(figure, body):.0f}px" role="img" aria-label="{escape(title)}"'
-    return f"{head} {told}{end}{body.strip()}"
+    attributes = f'style="min-width: {_least(figure, body):.0f}px" role="img" aria-label="{escape(title)}"'
+    return f"{head} {attributes}{end}{body.strip()}"
 
 
 def _least(figure: Figure, body: str) -> float:

@@ -43,13 +43,13 @@ def _line(source: str, factor: float, offset: float) -> str:
 
 def _rows(system: CoupledSystem, name: str, unit: Unit) -> list[dict[str, Any]]:
     """Inputs, outputs, what is connected and what is given a value."""
-    given = {**unit.parameters, **unit.start, **unit.inputs, **unit.texts}
+    values = {**unit.parameters, **unit.start, **unit.inputs, **unit.texts}
     fed = {w.target[1]: _line(".".join(w.source), w.factor, w.offset) for w in system.wires if w.target[0] == name}
     feeds = [(w.source[1], ".".join(w.target)) for w in system.wires if w.source[0] == name]
-    shown = dict.fromkeys((*unit.fmu.inputs, *fed, *unit.fmu.outputs, *(one for one, _ in feeds), *given))
+    shown = dict.fromkeys((*unit.fmu.inputs, *fed, *unit.fmu.outputs, *(one for one, _ in feeds), *values))
     return [
         {"name": f"{name}.{v.name}", "kind": v.causality, "type": v.type, "unit": unit_of(unit.fmu, v)}
-        | {"value": given.get(one), "from": fed.get(one), "to": [target for source, target in feeds if source == one]}
+        | {"value": values.get(one), "from": fed.get(one), "to": [target for source, target in feeds if source == one]}
         for one in shown if (v := unit.fmu.variables[one])
     ]  # fmt: skip
 

@@ -28,34 +28,34 @@ def symbol(name: str) -> str:
     >>> symbol("k0"), symbol("gap")
     ('$k_{0}$', 'gap')
     """
-    found = _SYMBOL.fullmatch(name)
-    if found is None:
+    match = _SYMBOL.fullmatch(name)
+    if match is None:
         return name.replace("$", r"\$")
-    letter, below = found[1], found[2] or found[3]
+    letter, below = match[1], match[2] or match[3]
     letter, below = (f"\\{part}" if part in _GREEK.split("|") else part for part in (letter, below))
     return f"${letter}_{{{below}}}$" if below else f"${letter}$"
 
 
 def axis_label(name: str, units: Mapping[str, str], width: int = WIDTH) -> str:
     """What a quantity is, its symbol and its unit. units: by name, with ``descriptions`` where these are known."""
-    said = re.split(r"[,;:(]", getattr(units, "descriptions", {}).get(name, ""))[0].strip().replace("$", r"\$")
+    text = re.split(r"[,;:(]", getattr(units, "descriptions", {}).get(name, ""))[0].strip().replace("$", r"\$")
     unit = units.get(name, "1")
     # the rate of a coordinate is said by the symbol of that
-    of = re.fullmatch(r"rate of (\w+)", said)
-    said = f"rate of {symbol(of[1])}," if of else said
-    label = " ".join(part for part in (said, symbol(name), f"({unit})" if unit not in ("1", "") else "") if part)
+    of = re.fullmatch(r"rate of (\w+)", text)
+    text = f"rate of {symbol(of[1])}," if of else text
+    label = " ".join(part for part in (text, symbol(name), f"({unit})" if unit not in ("1", "") else "") if part)
     return textwrap.fill(label, width, break_long_words=False)
 
 
 def in_words(word: str, units: Mapping[str, str]) -> str:
     """The word n-p-q of a motion, and how often each contact begins. units: with ``contacts``, their names in order."""
     contacts: Sequence[str] = getattr(units, "contacts", ())
-    found = re.match(r"(\d+)((?:-\d+)+)", word)
-    counts = [int(count) for count in found[2].split("-")[1:]] if found else []
-    if found is None or len(counts) != len(contacts):
+    match = re.match(r"(\d+)((?:-\d+)+)", word)
+    counts = [int(count) for count in match[2].split("-")[1:]] if match else []
+    if match is None or len(counts) != len(contacts):
         return word
     begins = [f"{c} {TIMES.get(n, f'{n} times')}" for c, n in zip(contacts, counts, strict=True) if n]
-    return f"{found[0]}: {', '.join(begins) or 'without contact'}{word[found.end() :]}"
+    return f"{match[0]}: {', '.join(begins) or 'without contact'}{word[match.end() :]}"
 
 
 def caption(scene: Scene) -> str:

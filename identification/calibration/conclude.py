@@ -41,19 +41,19 @@ def conclude(minimum: Minimum) -> Concluded:
     """What is known at a minimum. Where whitened rows are as coloured as before, by their sandwich, the model misses
     something that no noise explains: then the plain solution stays, with the sandwich of its own rows."""
     problem, plain = _weighed(minimum)
-    series, values, found, fitted = len(problem.series), plain.values, None, None
+    series, values, concluded, fitted = len(problem.series), plain.values, None, None
     evaluation = plain.evaluation
     for _ in range(ROUNDS):
         filtered = whitened(problem, evaluation, series, fitted)
         if not any(rule.order for rule in filtered.filters.values()):
             break
-        found = _judged(filtered, problem, solve(filtered, values, tolerance=REFIT, evaluations=10))
-        values, evaluation = found.solution.values, found.solution.evaluation
+        concluded = _judged(filtered, problem, solve(filtered, values, tolerance=REFIT, evaluations=10))
+        values, evaluation = concluded.solution.values, concluded.solution.evaluation
         slopes = evaluation.gradient[evaluation.log < series]
-        size, vectors = np.linalg.eigh(found.covariance * np.outer(norms := column_norms(slopes), norms))
+        size, vectors = np.linalg.eigh(concluded.covariance * np.outer(norms := column_norms(slopes), norms))
         fitted = slopes / norms @ (vectors * np.sqrt(np.maximum(size, 0.0)))
-    if found is not None and found.inflation <= MISTRUSTED:
-        return found
+    if concluded is not None and concluded.inflation <= MISTRUSTED:
+        return concluded
     return _judged(Whitened(problem, {}), problem, plain)
 
 

@@ -78,9 +78,9 @@ def follow(calibration: Calibration, fmu: Fmu, log: ModelLog) -> FollowedLog:
 def _posed(calibration: Calibration, fmu: Fmu, log: ModelLog) -> tuple[np.ndarray, SegmentProblem]:
     """The free run of the log with what was found, and where its start states begin: as those of the calibration."""
     values = {**calibration.held, **calibration.values_in(log.name)}
-    known = {name: value for name, value in values.items() if name in fmu.variables and name not in log.begun}
+    model_values = {name: value for name, value in values.items() if name in fmu.variables and name not in log.begun}
     noise = {series.variable: series.rms for series in calibration.residuals if not series.held_out and series.rms > 0}
-    settings = Settings(parameters=known, sensors=calibration.sensors, noise=noise)
+    settings = Settings(parameters=model_values, sensors=calibration.sensors, noise=noise)
     problem = problem_of(fmu, [log], (), settings)[0]
     starts = calibration.values_in(log.name, starts=True)
     pairs = zip(problem.unknowns, problem.first, strict=True)

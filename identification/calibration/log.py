@@ -199,8 +199,8 @@ def _events(
     table = None
     if isinstance(source, str | os.PathLike):
         table, fields, _ = described_columns(existing(source, "log"))
-        said = {one.variable or one.name: one.name for one in fields if one.instrument.role == "event"}
-        events = {**said, **events}
+        event_names = {one.variable or one.name: one.name for one in fields if one.instrument.role == "event"}
+        events = {**event_names, **events}
     if not events:
         return source, {}
     columns: Any = table.columns if table is not None else source

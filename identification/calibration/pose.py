@@ -91,9 +91,9 @@ def problem_of(
             prior = Prior(constant.unknown.name, known[0], constant.unknown.unit, known[1], "given")
             constant = replace(constant, unknown=replace(constant.unknown, prior=prior))
         unknowns.append(constant)
-    held = {name: value for name, value in said.parameters.items() if name not in free}
-    loose = _loose(subject.states, held, said.starts)
-    held |= {name: fmu.start_of(name) for name in subject.states if name not in loose and name not in held}
+    fixed = {name: value for name, value in said.parameters.items() if name not in free}
+    loose = _loose(subject.states, fixed, said.starts)
+    fixed |= {name: fmu.start_of(name) for name in subject.states if name not in loose and name not in fixed}
     starts = np.full((len(logs), len(subject.states)), -1)
     more, first = [], [unknown.first for unknown in unknowns]
     for number, log in enumerate(logs):
@@ -109,7 +109,7 @@ def problem_of(
         segments=whole(logs),
         unknowns=(*(unknown.unknown for unknown in unknowns), *more),
         first=np.array(first),
-        fixed=held,
+        fixed=fixed,
         places=tuple(places),
         starts=starts,
         noise={},
@@ -137,8 +137,8 @@ def with_instruments(said: Settings, logs: Sequence[ModelLog]) -> Settings:
         first = stated[0]
         if any((one.constants, one.clip) != (first.constants, first.clip) for one in stated):
             raise StickslipError(f"The logs differ in what is said of the sensor of '{name}'. Say the same of all.")
-        given = said.sensors.get(name, IDEAL)
-        own = {key: value for key, value in vars(given).items() if value != getattr(IDEAL, key)}
+        sensor = said.sensors.get(name, IDEAL)
+        own = {key: value for key, value in vars(sensor).items() if value != getattr(IDEAL, key)}
         values = {key: constant.value for key, constant in first.constants.items()}
         sensors[name] = replace(Sensor(**values, clip=first.clip or IDEAL.clip), **own)
         for key, constant in first.constants.items():

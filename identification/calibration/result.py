@@ -261,9 +261,10 @@ def loops_of(path: str | os.PathLike[str]) -> dict[str, Any]:
     content = json.loads(Path(path).read_text(encoding="utf-8"))
     if content.get("type") != LOOPS:
         return {}
-    said = {key: content[key] for key in ("stiffness", "sliding_force", "spring_beside", "cycles", "notes")}
-    laws = [{"law": law["name"], "left": max(law["left"].values())} for law in content["laws"] if law["left"]]
-    return {**said, "laws": laws, "declaration": content["laws"][0]["declaration"]}
+    kept = ("stiffness", "sliding_force", "spring_beside", "left", "left_out", "cycles", "load", "notes")
+    of_law = ("name", "parameters", "left", "held_out", "declaration")
+    laws = [{key: law[key] for key in of_law} for law in content["laws"]]
+    return {**{key: content[key] for key in kept}, "laws": laws}
 
 
 def calibrated_fmu(

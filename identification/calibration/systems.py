@@ -72,8 +72,8 @@ class DifferencedSubject(Subject):
         StickslipError: one of them cannot be made."""
 
     def shown(self, stretch: Stretch) -> Response:
-        given = {**stretch.values, **stretch.start}
-        return Response(self.swept(stretch.window, tuple(given), np.array([[*given.values()]]))[0])
+        values = {**stretch.values, **stretch.start}
+        return Response(self.swept(stretch.window, tuple(values), np.array([[*values.values()]]))[0])
 
     def respond(self, stretch: Stretch) -> Response:
         given = {**stretch.values, **stretch.start}

@@ -168,10 +168,10 @@ def track(
         StickslipError: a name that is none, a log that does not fit the model or has fewer samples than there are
             unknowns, an FMU that is co-simulated.
     """
-    told = progress or (lambda _: None)
+    on_progress = progress or (lambda _: None)
     free_run, said, wanted = posed(model, log, drift, states, settings, more)
     begun, x = _begun(free_run, len(drift), said)
-    smoothed, x, gains = _smoothed(begun, x, free_run.noise_known, told)
+    smoothed, x, gains = _smoothed(begun, x, free_run.noise_known, on_progress)
     return _course(free_run, smoothed, x, gains, wanted)
 
 
@@ -272,11 +272,11 @@ def _weighed(problem: DriftProblem, x: np.ndarray) -> DriftProblem:
     inner, here = problem.problem, problem.evaluate(x)
     data = here.log < len(inner.series)
     slopes = here.gradient[data]
-    told = float(np.sum((slopes @ problem.covariance(x)) * slopes)) / int(data.sum())
+    leverage = float(np.sum((slopes @ problem.covariance(x)) * slopes)) / int(data.sum())
     noise = dict(inner.noise)
     for name in {name for _, name in inner.series}:
         numbers = [n for n, (_, variable) in enumerate(inner.series) if variable == name]
-        power = float(np.mean(here.residual[np.isin(here.log, numbers)] ** 2)) / max(1 - told, 0.1)
+        power = float(np.mean(here.residual[np.isin(here.log, numbers)] ** 2)) / max(1 - leverage, 0.1)
         noise |= {key: sd * float(np.sqrt(power)) for key, sd in inner.noise.items() if key[1] == name}
     return replace(problem, problem=replace(inner, noise=noise))
 

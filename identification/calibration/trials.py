@@ -49,13 +49,13 @@ class Trials:
     def identity(self) -> dict[str, Any]:
         """Model, logs and all that is known, as JSON."""
         problem, fmu = self.free_run, self.free_run.subject.fmu
-        known = (problem.unknowns, problem.fixed, sorted(problem.noise.items()), problem.sensors, problem.places)
+        key = (problem.unknowns, problem.fixed, sorted(problem.noise.items()), problem.sensors, problem.places)
         return {
             "model": str(fmu.description.modelName),
             "sha256": fmu.sha256,
             "logs": {log.name: _digest(log) for log in problem.logs},
             "first": dict(zip((unknown.name for unknown in problem.unknowns), problem.first.tolist(), strict=True)),
-            "known": digest(repr(known)),
+            "known": digest(repr(key)),
         }
 
     def run(self, jobs: Jobs, stop: np.ndarray) -> RunRows:

@@ -38,13 +38,13 @@ def untold_directions(
     # by how much each would have to move to be another one: by itself, and an angle by a radian
     sizes = [max(abs(x), 1.0 if u.unit == "rad" else SILENT) for u, x in zip(unknowns, values[:shared], strict=True)]
     blurred = np.max(moves / np.array(sizes), axis=1, initial=0.0) > 1
-    told = (singular > least * singular[0]) | ~blurred & (singular > LOST * singular[0])
+    observable = (singular > least * singular[0]) | ~blurred & (singular > LOST * singular[0])
     untold = []
-    for vector in np.abs(right[~told]):
+    for vector in np.abs(right[~observable]):
         part = vector > TAKES_PART * np.max(vector)
         together = [unknown.name for unknown, takes in zip(unknowns, part, strict=False) if takes]
         untold.append((*together, *(("the start",) if part[shared:].any() else ())))
-    return (right[told] / norms).T, tuple(untold)
+    return (right[observable] / norms).T, tuple(untold)
 
 
 def column_norms(columns: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from fmu_models.base import console
 from fmu_models.base.digits import deviation, like_sd
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import refuse_existing
+from fmu_models.base.shipped import is_scene
 from identification.commands.fits import ANY_MODEL, MACHINE, RIG, FitFile, fitted_kind
 from identification.commands.machines import MachinePlace, read_machine, refuse
 
@@ -87,7 +88,7 @@ def _check_kinds(source: Path | None, output: Path, kind: str) -> None:
         )
     if source is not None and kind in (".ssv", ".ssp"):
         raise StickslipError(f"A {kind} file is written anew; leave '{source}' out, and name its parameters by --name.")
-    if source is not None and source.suffix.lower() != kind:
+    if source is not None and (".toml" if is_scene(str(source)) else source.suffix.lower()) != kind:
         raise StickslipError(f"'{source}' is copied into a file of the same kind; '{output}' is of another.")
     if source is not None and output.exists() and source.resolve() == output.resolve():
         raise StickslipError(f"'{source}' would be overwritten by its own copy. Choose another name.")
@@ -130,9 +131,9 @@ def _handed(fitted: Path, machine: str | None, only: list[str], renamed: dict[st
         from identification.transfer.values import machine_values
 
         fit, declared = read_machine(fitted, machine)
-        made = machine_with(declared.mechanism, fit)
-        values = machine_values(made, fit, only=only, renamed=renamed)
-        return _Handed(fit.machine, values, lambda fmi: Fmu.open(built(made, fmi_version=fmi)))
+        fitted_machine = machine_with(declared.mechanism, fit)
+        values = machine_values(fitted_machine, fit, only=only, renamed=renamed)
+        return _Handed(fit.machine, values, lambda fmi: Fmu.open(built(fitted_machine, fmi_version=fmi)))
     from identification.fit.followed import followed_in
     from identification.fit.result import read_fit
     from identification.fitted_model.model import fitted_model

@@ -113,19 +113,19 @@ def calibrate(
         if posterior or corner:
             load_emcee()
         how |= {"execution": Execution(workers, scheduler, store, resume, files.overwrite), "progress": advance}
-        found = find(model, list(logs), free=console.names_of(free), **how)
-        if profile and not found.interrupted:
-            found = replace(found, intervals=found.profiles())
+        calibration = find(model, list(logs), free=console.names_of(free), **how)
+        if profile and not calibration.interrupted:
+            calibration = replace(calibration, intervals=calibration.profiles())
         if posterior or corner:
-            found = sampled(found, lambda: found.sample(seed=seed))
+            calibration = sampled(calibration, lambda: calibration.sample(seed=seed))
         if files.figure:
-            found.figure(files.figure, overwrite=files.overwrite)
-        if corner and found.posterior is not None:
-            values = {one.name: one.value for one in found.all_values}
-            drawn = posterior_figure(found.posterior, found.title, values, list(found.values))
+            calibration.figure(files.figure, overwrite=files.overwrite)
+        if corner and calibration.posterior is not None:
+            values = {one.name: one.value for one in calibration.all_values}
+            drawn = posterior_figure(calibration.posterior, calibration.title, values, list(calibration.values))
             save_figure(drawn, corner, overwrite=files.overwrite)
     figures = [path for path in (files.figure, corner) if path]
-    files.say(found.to_dict(), lambda: calibration_report(found), figures)
+    files.say(calibration.to_dict(), lambda: calibration_report(calibration), figures)
 
 
 def _priors(given: Sequence[str] | None) -> dict[str, tuple[float, float]]:

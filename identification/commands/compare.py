@@ -70,7 +70,7 @@ def compare(
         compare_machine(fitted, logs, machine, window, (reader, repair), files)
         return
     refuse(RIG, MACHINE, {"machine": machine, "window": window})
-    found = read_fit(fitted)
+    fit = read_fit(fitted)
     chosen = None
     if scene:
         from fmu_models.scene.read import read_scene
@@ -79,7 +79,7 @@ def compare(
     with console.progress("comparing") as advance:
         read = read_logs(logs, stated(settings), repair, reader)
         families = compare_families(
-            found, read, scene=chosen, uncertainty=uncertainty, progress=lambda share: advance(0.9 * share)
+            fit, read, scene=chosen, uncertainty=uncertainty, progress=lambda share: advance(0.9 * share)
         )
         figures = draw_families(families, files.figure, files.overwrite) if files.figure else ()
     content = {
@@ -106,7 +106,7 @@ def _compare_scene(place: str, logs: Logs, settings: Any, how: tuple[Any, Any], 
     if files.figure:
         beside = [one and (one.angle, one.speed) for one in points]
         draw_scene(scene, fmu, rows, files.figure, beside=beside, overwrite=files.overwrite)
-    found = [{"at": one.at, "log": one.log, "distance": one.distance} for one in points if one]
+    distances = [{"at": one.at, "log": one.log, "distance": one.distance} for one in points if one]
     columns = (f">{scene.compute.over}, rad/s", "log", ">rms distance, half ranges")
-    told = [[f"{one['at']:g}", one["log"], f"{one['distance']:.3g}"] for one in found]
-    files.say({"scene": scene.name, "points": found}, lambda: console.table(scene.title, columns, told))
+    told = [[f"{one['at']:g}", one["log"], f"{one['distance']:.3g}"] for one in distances]
+    files.say({"scene": scene.name, "points": distances}, lambda: console.table(scene.title, columns, told))

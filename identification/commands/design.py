@@ -56,8 +56,8 @@ def design(
     given = {"speeds": speeds, "loads": loads}
     asked = {name: None if text is None else console.numbers(text, f"--{name}") for name, text in given.items()}
     with console.progress("simulating candidates") as advance:
-        found = designed(fit, **asked, duration=duration, logs=1 if logs is None else logs, progress=advance)
-    console.say(json, found.to_dict(), lambda out: _print_design(found, out))
+        proposal = designed(fit, **asked, duration=duration, logs=1 if logs is None else logs, progress=advance)
+    console.say(json, proposal.to_dict(), lambda out: _print_design(proposal, out))
 
 
 def _print_design(found: Design, out: console.Console) -> None:

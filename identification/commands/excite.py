@@ -40,12 +40,12 @@ def excite(
 
     refuse_existing(output, overwrite=overwrite)
     asked = console.spans(limits, "--limit")
-    known = console.assignments(settings, "constant")
+    constants = console.assignments(settings, "constant")
     with console.progress("searching") as advance:
         found = designed(
             machine_at(machine, gravity_of(gravity)).mechanism,
             asked,
-            known=known,
+            known=constants,
             period=period,
             harmonics=harmonics,
             rate=rate,

@@ -73,27 +73,27 @@ def design_calibration(path: Path, asked: OfCalibration, duration: float, overwr
         calibration, fmu, _ = read_calibrated(path, asked.machine, [])
         more = {"duration": duration, "only": console.names_of(asked.only), "progress": advance}
         more |= {"samples": asked.samples} if asked.samples else {}
-        found = (_designed if limited else _ranked)(calibration, fmu, asked, more)
+        ranking = (_designed if limited else _ranked)(calibration, fmu, asked, more)
     files = []
     if asked.output:
         from identification.next_step.signals import signal_frame
 
         with write_whole(asked.output, overwrite=overwrite) as temporary:
-            signal_frame(next(one for one in found.candidates if one.signals), fmu).to_csv(temporary, index=False)
+            signal_frame(next(one for one in ranking.candidates if one.signals), fmu).to_csv(temporary, index=False)
         files.append(str(asked.output))
 
     def show(out: Console) -> None:
         from identification.report.calibration_summary import experiments_table
 
-        out.print(experiments_table(found))
-        for one in found.candidates:
+        out.print(experiments_table(ranking))
+        for one in ranking.candidates:
             if one.refused is not None:
                 out.print(console.plain(f"Refused ({one.refused}): {one.words}."))
-        for sentence in found.sentences:
+        for sentence in ranking.sentences:
             out.print(console.plain(f"- {sentence}"))
         console.print_files(files, out)
 
-    console.say(json, {**found.to_dict(), "files": files}, show)
+    console.say(json, {**ranking.to_dict(), "files": files}, show)
 
 
 def _ranked(calibration: Calibration, fmu: Fmu, asked: OfCalibration, more: dict[str, Any]) -> Experiments:

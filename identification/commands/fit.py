@@ -137,9 +137,9 @@ def _kept(found: FrictionFit, ready: Pool, paths: Mapping[str, Path | None], ove
             files.append(str(figure))
         if corner and found.posterior is not None:
             title = f"{found.law} law of {' and '.join(found.contacts)}"
-            known = {one.name: one.value for one in (*found.parameters, *found.nuisance, *found.constants)}
+            values = {one.name: one.value for one in (*found.parameters, *found.nuisance, *found.constants)}
             names = [one.name for one in found.parameters]
-            save_figure(posterior_figure(found.posterior, title, known, names), corner, overwrite=overwrite)
+            save_figure(posterior_figure(found.posterior, title, values, names), corner, overwrite=overwrite)
             files.append(str(corner))
     except KeyboardInterrupt:
         interrupted = True

@@ -46,19 +46,19 @@ def laws(
         ready = pool(read, allow_no_stick=allow_no_stick)
         share = 0.5 if contact else 0.95
         asked = named(disturbances)
-        found = compare_laws(
+        comparison = compare_laws(
             ready, estimator=estimator, disturbances=asked, progress=lambda done: advance(share * done)
         )
         contacts = None
-        if contact or found.elastic:
+        if contact or comparison.elastic:
             contacts = compare_contacts(ready, progress=lambda done: advance(share + (1 - share) * done))
 
     def show(out: console.Console) -> None:
-        print_laws(found, out)
+        print_laws(comparison, out)
         if contacts is not None:
             print_laws(contacts, out)
 
-    console.say(json, {**found.to_dict(), "contacts": contacts.to_dict() if contacts else None}, show)
+    console.say(json, {**comparison.to_dict(), "contacts": contacts.to_dict() if contacts else None}, show)
 
 
 def print_laws(found: LawComparison, out: console.Console) -> None:

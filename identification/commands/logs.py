@@ -108,7 +108,7 @@ def read_logs(
                 f"The rig has no constant '{name}'. Known are: {known} (N: of each driving disc), {SPEED} (speed of a "
                 f"drive that is not recorded); and the uncertainty of {LASER} (its gain)."
             )
-    given = {
+    stated = {
         name: StatedQuantity(value, RIG_UNITS[name], said.deviation(deviation, value))
         for deviation, value in said.values.items()
         for name in _entries(deviation)
@@ -119,11 +119,11 @@ def read_logs(
         for path in paths:
             if path.is_dir() or path.suffix == ".json":
                 logs += read_package(path, repair=mend, reader=reader)
-            elif given and not (path.parent / "datapackage.json").exists():
-                logs.append(read_log(path, rig=RigConstants(**given), repair=mend, reader=reader))
+            elif stated and not (path.parent / "datapackage.json").exists():
+                logs.append(read_log(path, rig=RigConstants(**stated), repair=mend, reader=reader))
             else:
                 logs.append(read_log(path, repair=mend, reader=reader))
-    logs = [replace(log, rig=replace(log.rig, **given)) for log in logs] if given else logs
+    logs = [replace(log, rig=replace(log.rig, **stated)) for log in logs] if stated else logs
     for deviation in said.deviations:
         logs = [_with_deviation(log, deviation, said) for log in logs]
     return _with_laser(_with_speed(logs, beside), beside)

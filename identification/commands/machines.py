@@ -43,9 +43,9 @@ def gravity_of(text: str | None) -> tuple[float, ...]:
 
 def refuse(one: str, other: str, given: dict[str, Any]) -> None:
     """Refuse options of one kind of fit for another."""
-    said = [f"--{name.replace('_', '-')}" for name, value in given.items() if value]
-    if said:
-        raise StickslipError(f"The fit is that of {one}; {', '.join(said)}: for that of {other}. Leave it out.")
+    flags = [f"--{name.replace('_', '-')}" for name, value in given.items() if value]
+    if flags:
+        raise StickslipError(f"The fit is that of {one}; {', '.join(flags)}: for that of {other}. Leave it out.")
 
 
 def read_machine(path: Path, declaration: str | None) -> tuple[MachineFit, Machine]:

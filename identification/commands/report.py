@@ -59,10 +59,10 @@ def report(
         report_machine(fitted, logs, output, machine, (reader, repair), overwrite, json)
         return
     refuse(RIG, MACHINE, {"machine": machine})
-    found = read_fit(fitted)
+    fit = read_fit(fitted)
     with console.progress("reporting") as advance:
         read = read_logs(logs, stated(settings), repair, reader)
-        made = findings(
-            found, read, residuals=residuals, uncertainty=uncertainty, interactive=interactive, progress=advance
+        page_findings = findings(
+            fit, read, residuals=residuals, uncertainty=uncertainty, interactive=interactive, progress=advance
         )
-    say_report(made, output, overwrite, json)
+    say_report(page_findings, output, overwrite, json)

@@ -52,15 +52,15 @@ def series(
         if files.figure and len(read) > 1:
             names = ", ".join(one.name.partition(": ")[2] for one in read)
             raise StickslipError(f"--figure draws one series, and the log has {names}. Name one --column.")
-        found = []
+        results = []
         for place, one in enumerate(read):
-            found.append(series_invariants(one, delay=delay, dimension=dimension, seed=seed))
+            results.append(series_invariants(one, delay=delay, dimension=dimension, seed=seed))
             advance((place + 1) / len(read))
-        files.draw(lambda: series_figure(found[0]))
+        files.draw(lambda: series_figure(results[0]))
 
     def report() -> object:
         from rich.console import Group
 
-        return Group(*(series_report(one) for one in found))
+        return Group(*(series_report(one) for one in results))
 
-    files.say({"series": found}, report)
+    files.say({"series": results}, report)

@@ -41,9 +41,9 @@ def slips(
 
     files.check()
     with console.warnings_said(), console.progress("looking for slips") as advance:
-        given = console.assignments(settings, "constant")
+        constants = console.assignments(settings, "constant")
         asked = {"definition": events, "seed": seed, "reader": reader, "repair": console.names_of(repair)}
-        statistics, found_events = slip_statistics(read_recipe(recipe), log, given, **asked)
+        statistics, found_events = slip_statistics(read_recipe(recipe), log, constants, **asked)
         advance(0.4)
         try:
             model, missing = fit_slip_model(statistics), ""
@@ -51,7 +51,7 @@ def slips(
             model, missing = None, str(error)
         advance(0.8)
         files.draw(lambda: slip_figure(statistics, found_events, model))
-    found = {**statistics.to_dict(), "model": model.to_dict() if model else None}
-    found |= {"no_model": missing, "table": found_events.to_dict()}
+    content = {**statistics.to_dict(), "model": model.to_dict() if model else None}
+    content |= {"no_model": missing, "table": found_events.to_dict()}
 
-    files.say(found, lambda: slip_report(statistics, model, missing))
+    files.say(content, lambda: slip_report(statistics, model, missing))

@@ -134,5 +134,5 @@ def _say(entry: Entry, live: bool, json: bool) -> None:
         print(printable_json(json_text.dumps(asdict(entry), ensure_ascii=False)), flush=True)
     elif not live:
         values = ", ".join(f"{name} {value:.4g} +- {sd:.1g}" for name, (value, sd) in entry.values.items())
-        said = "; ".join((*entry.calls, *((entry.reason,) if entry.reason else ())))
-        console.console().print(console.plain(f"{entry.name}: {entry.status} {values} {said}".rstrip()))
+        reasons = "; ".join((*entry.calls, *((entry.reason,) if entry.reason else ())))
+        console.console().print(console.plain(f"{entry.name}: {entry.status} {values} {reasons}".rstrip()))

@@ -6,11 +6,11 @@ import numpy as np
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import WIDTH, DisturbanceTerm, Effect
 from identification.measurement.pooled import Pool
+from identification.measurement.pooling import SAME_SPEED
 
 POWERS = (1, 2, 3)
 LEAST_SWING = 5e-3  # rad that the body turns in slip, the least that shows what its angle does
 USUAL_SWING = 0.1  # rad, either way
-SAME_SPEED = 0.05  # relative difference of drive speeds
 POWER = Effect(
     "angle",
     lambda at, order, functions: at.angle**order,

@@ -140,10 +140,10 @@ class Cause(Shown):
     def sentence(self) -> str:
         """What is said of it."""
         size = f"{100 * self.size:.2g} %" if self.unit == "1" else f"{1e3 * self.size:.2g} m{self.unit}"
-        text = f"{self.name}: {self.words}"
+        text = f"{' or '.join((self.name, *self.alike))}: {self.words}"
         text += f", ± {size} (BIC {self.gain:.3g} better with it)." if self.size else "."
         if self.alike:
-            text += f" These logs do not tell it from {' or '.join(self.alike)}"
+            text += " These logs do not tell which"
             text += f"; this would: {self.told_by}." if self.told_by else "."
         return text
 

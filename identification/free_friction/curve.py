@@ -181,13 +181,15 @@ def _relative(prior: Prior) -> float:
 @dataclass(frozen=True, eq=False)
 class Least:
     """The least sum of squares to second order. hessian (m, m); step (m,) to it, and steps of slips (n_slips, STARTS +
-    MODES); squares: the sum, and likelihood: ln L there."""
+    MODES); squares: the sum, and likelihood: ln L there; best: ln L of the values that are best, which is no less where
+    these are many or could be anything."""
 
     hessian: np.ndarray
     step: np.ndarray
     local: np.ndarray
     squares: float
     likelihood: float
+    best: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,9 +259,8 @@ class Gram:
         volume = float(np.linalg.slogdet(scaled)[1] + 2 * np.sum(np.log(scale)))
         volume -= float(np.sum(np.log(np.diag(known.precision)[beside])))
         local = -(self.solved[..., :-1] @ step + self.solved[..., -1])
-        told = float(np.sum(known.told[selected]))
-        likelihood = float(told - 0.5 * (sum_of_squares + self.volume + volume))
-        return Least(hessian, step, local, float(sum_of_squares), likelihood)
+        best = float(np.sum(known.told[selected]) - 0.5 * (sum_of_squares + self.volume))
+        return Least(hessian, step, local, float(sum_of_squares), best - 0.5 * volume, best)
 
 
 def _searched(slips: Slips, known: Known, guess: Guess, tau: float) -> Guess:

@@ -180,7 +180,12 @@ class FreeFriction(Shown):
         if self.releases:
             at_rest = value_with_sd(self.values[0], float(self.deviation[0]))
             text += f"At rest it is {at_rest}, by the release of {self.releases} sticks. "
-        text += f"The law departs from its form: {departures}." if departures else "The law keeps to its form."
+        if departures:
+            text += f"The law departs from its form: {departures}."
+        else:
+            seen = self.speed >= self.least
+            told = float(np.max((self.simultaneous * self.form_deviation / np.abs(self.coefficient))[seen]))
+            text += f"The law keeps to its form as far as the slips tell it, within {100 * told:.2g} % at every speed."
         if self.unexplained:
             text += (
                 f" In slips a torque acts that nothing in the model explains, of {self.unexplained:.1g} in units of "

@@ -6,6 +6,7 @@ print(fit.summary())
 """
 
 import os
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -136,18 +137,21 @@ def _fitted(
         side = np.sign(logs[0].way[0] - center)
         start |= {name: side * value for name, value in law.saturated(first, spectrum.reach).items()}
     try:
-        calibration = calibrate(
-            fmu,
-            seen,
-            free=list(first),
-            parameters={**start, **first, CENTER: center, MEDIAN: scale},
-            starts=sought,
-            bounds=bounds,
-            held_out=scored,
-            guesses=law.guesses,
-            attempts=min(law.guesses, ATTEMPTS),
-            segments=1,
-        )
+        with warnings.catch_warnings(
+            action="ignore", category=UserWarning
+        ):  # of guesses; the law's notes say it of the fit
+            calibration = calibrate(
+                fmu,
+                seen,
+                free=list(first),
+                parameters={**start, **first, CENTER: center, MEDIAN: scale},
+                starts=sought,
+                bounds=bounds,
+                held_out=scored,
+                guesses=law.guesses,
+                attempts=min(law.guesses, ATTEMPTS),
+                segments=1,
+            )
     except StickslipError as error:
         return FittedLaw(law.name, why=str(error))
     # named for who opens the result; built once

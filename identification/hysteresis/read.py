@@ -24,6 +24,7 @@ ROLES = {
 UNITS = {"time": "s", "way": "m", "force": "N", "load": "N"}
 # of tables without names, by the number of their columns; a first column that rises is the time
 NAMELESS = {2: ("way", "force"), 3: ("time", "way", "force"), 4: ("time", "way", "", "force")}
+SPANS = {"way": (1e-9, 5.0), "force": (1e-9, 1e10)}  # m and N that a log may go over: more is of another unit
 FEWEST = 20  # samples
 ROUGHLY = 2000  # samples by which it is judged which way round a log is
 NO_LOAD = 0.05  # of the median: less is next to none
@@ -136,13 +137,20 @@ def numbers_by_role(
 
 def checked(log: LoopLog) -> LoopLog:
     """The log with its force the right way round, and with what its user should know; itself where it was checked
-    before. StickslipError: a way or force that never changes, a load that is always zero, columns that are swapped."""
+    before. StickslipError: a way or force that never changes or is in another unit, a load that is always zero, columns
+    that are swapped."""
     if log.checked:
         return log
     if log.range == 0 or np.ptp(log.force) == 0:
         raise StickslipError(
             f"{log.name}: its {'way' if log.range == 0 else 'force'} never changes. Check the columns."
         )
+    for role, (least, most) in SPANS.items():
+        if not least <= (span := float(np.ptp(getattr(log, role)))) <= most:
+            raise StickslipError(
+                f"{log.name}: its {role} goes over {span:.3g} {UNITS[role]}; expected are {least:g} to {most:g} "
+                f"{UNITS[role]}. Say its unit, such as --unit {role}={'mm' if role == 'way' else 'kN'}."
+            )
     notes = list(log.notes)
     turned = replace(log, force=-log.force) if log.work < 0 else log
     rough = replace(turned.part(0, None, max(len(log.way) // ROUGHLY, 1)), time=None, load=None)

@@ -140,15 +140,15 @@ def _backlash(log: LoopLog) -> Iterator[str]:
 def _beside(log: LoopLog, spectrum: SliderSpectrum) -> Iterator[str]:
     """What the sliders leave, where one cause that is none of theirs tells most of it."""
     acting, columns = spectrum.acting(log)
-    known = np.column_stack([columns, log.way, np.ones(len(log.way))])
+    explained = np.column_stack([columns, log.way, np.ones(len(log.way))])
     size = float(np.std(log.force))
 
     def left(more: np.ndarray) -> tuple[float, np.ndarray]:
-        every = np.column_stack([known, more])
+        every = np.column_stack([explained, more])
         lengths = np.linalg.norm(every, axis=0)
         lengths[lengths == 0] = 1.0
         weights = np.linalg.lstsq(every / lengths, log.force, rcond=1e-9)[0] / lengths
-        return float(np.std(log.force - every @ weights)) / size, weights[known.shape[1] :]
+        return float(np.std(log.force - every @ weights)) / size, weights[explained.shape[1] :]
 
     alone, noise = left(np.zeros((len(log.way), 0)))[0], scatter(log.force) / size
     if alone < max(LEFT, NOISES * noise) or size == 0 or not len(acting):
@@ -168,10 +168,10 @@ def _beside(log: LoopLog, spectrum: SliderSpectrum) -> Iterator[str]:
         (away**3, lambda w: f"has a spring beside that {'stiffens' if w[0] > 0 else 'softens'} with the way"),
         (np.eye(len(ends) + 1)[cycle] * acting[:, None], lambda w: f"of its cycles differs by {100 * np.ptp(w):.2g} %"),
     ]
-    found = [(*left(more), said) for more, said in causes]
-    best = min(share for share, _, _ in found)
+    effects = [(*left(more), said) for more, said in causes]
+    best = min(share for share, _, _ in effects)
     if best < TELLS * alone:
-        share, weights, said = next(one for one in found if one[0] < NEARLY * best)
+        share, weights, said = next(one for one in effects if one[0] < NEARLY * best)
         yield (
             f"Sliders leave {100 * alone:.2g} % of the force of {log.name}, its noise alone {100 * noise:.2g} %. "
             f"Of it {100 * share:.2g} % are left where the force {said(weights)}: no law here has "

@@ -41,6 +41,8 @@ from identification.measurement.stated import (
 from rig_io.logs.arrangement import Arrangement
 from rig_io.logs.log import RIG_UNITS, RigLog
 
+SAME_SPEED = 0.05  # relative difference of drive speeds
+SPEEDS_OF_CREEP = 3  # that tell 1 % of creep from a law; two do not
 SAME_RATE = 1e-3  # relative difference of the sample intervals of logs that are pooled
 
 Part = TypeVar("Part")
@@ -89,9 +91,9 @@ def _pooled(
     values = rig_values({prior.name: prior.value for prior in priors})
     period = float(2 * np.pi * np.sqrt(values.J / values.k))
     raw, split, unfit = motions_in_pieces(sliding)
-    if described and (beam := seen_beam(raw, SMOOTHING * period)):
-        words = beam_words(raw[0].log.calibration.need("laser"), beam)
-        logs = [with_beam(log, beam) for log in logs]
+    if described and (beams := seen_beam(raw, SMOOTHING * period)):
+        words = beam_words(raw[0].log.calibration.need("laser"), beams)
+        logs = [with_beam(log, beams[0]) for log in logs]
         decay = free_decay and next((free_decay.again(log) for log in logs if log.name == free_decay.log), free_decay)
         ready = _pooled(logs, decay, threshold, allow_no_stick, described=False)
         return replace(ready, warnings=(words, *ready.warnings))
@@ -114,7 +116,7 @@ def _pooled(
     warnings += [warning for motion in motions for warning in (*motion.warnings, *drive_warnings(motion))]
     segments = tuple(segment for _, segments in usable for segment in segments)
     said = (*warnings, *unfit, *empty, *sensors.warnings, *pool_warnings(sliding, sensors, priors, free_decay))
-    said += zero_unseen(motions, segments, values, free_decay)
+    said += (*zero_unseen(motions, segments, values, free_decay), *creep_unseen(motions))
     readings = stated_readings(sliding) if free_decay is not None else ()
     of_logs: tuple[tuple[str, ...], tuple[str, ...], Arrangement] = (contacts, materials, arrangement)
     return Pool(motions, segments, sensors, priors, *of_logs, threshold, said, readings, zero, free_decay, temperature)
@@ -269,6 +271,21 @@ def zero_unseen(
         "No free decay shows the zero of the angle, and all drives turn one way: a zero that is off by 1 mrad moves "
         f"every friction coefficient by {1e-3 * rig.spring:.2g}, which no interval holds. Add one log with the drive "
         "reversed, or a free decay.",
+    )
+
+
+def creep_unseen(motions: Sequence[DiscMotion]) -> tuple[str, ...]:
+    """Warnings where a belt may creep, nobody says how much, and too few drive speeds tell it from friction."""
+    encoders = [getattr(m.log.calibration, f"drive{contact[-1]}") for m in motions for contact in m.log.contacts]
+    if not any(encoder and encoder.may_creep and encoder.creep_deviation is None for encoder in encoders):
+        return ()
+    speeds = np.sort([abs(float(np.mean(drive))) for motion in motions for drive in motion.drives])
+    if 1 + np.count_nonzero(np.diff(speeds) > SAME_SPEED * speeds[1:]) >= SPEEDS_OF_CREEP:
+        return ()
+    return (
+        "The encoder of the drive sits before a belt, and nobody says how much that creeps: logs at fewer than "
+        f"{SPEEDS_OF_CREEP} drive speeds do not tell creep from friction, and no interval holds it. Add logs at other "
+        "drive speeds, or describe it: --set 'belt=0.5 ± 0.2 %', or belt=gear.",
     )
 
 

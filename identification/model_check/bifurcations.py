@@ -34,7 +34,7 @@ MICRO_SLIP = 1e-3  # m/s, slip speed of a law with bristles that counts as stick
 STEP = 1e-3  # relative, for derivatives by parameters
 NEAR_ENOUGH = 1e-6  # relative, of a transition of moved parameters: derivatives to 1e-3
 FORM = 0.1  # of the way from the last log with stick to where stick is to vanish: error of the parabola, assumed
-VAGUE = 0.25  # relative deviation from which on an extrapolation says nothing
+VAGUE = 0.25  # relative deviation from which on an extrapolation, or an agreement, says nothing
 LEAST = 3  # logs with stick for an extrapolation
 COVER = 1.96  # standard deviations
 
@@ -87,7 +87,8 @@ class MeasuredBifurcation:
 @dataclass(frozen=True)
 class BifurcationComparison(Recorded):
     """Measured against predicted. alike: rad/s, what the model's own motions at the speeds of the logs give by the same
-    road as the measured estimate; passed: the prediction and the bracket overlap (None: nothing to judge)."""
+    road as the measured estimate; passed: the prediction and the bracket overlap (None: nothing to judge, or both are
+    known too vaguely)."""
 
     measured: MeasuredBifurcation | None
     predicted: Transition | None

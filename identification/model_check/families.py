@@ -20,6 +20,7 @@ from identification.fit.followed import followed_in
 from identification.fit.result import FrictionFit
 from identification.fitted_model.model import FittedModel, SimulatedMotion, arrangement_of, fitted_model, rig_constants
 from identification.measurement.motion import DiscMotion
+from identification.measurement.seen_beam import beam_words
 from identification.model_check import bifurcations as bifurcations
 from identification.model_check.at_log import SwayedError, model_at, swayed
 from identification.model_check.bifurcations import BifurcationComparison, MeasuredBifurcation, Transition
@@ -116,7 +117,11 @@ def compare_families(
             progress((done + share) / len(families))
 
         model = fitted_model(fit, scene, contacts)
-        comparisons.append(_family(fit, model, motions, uncertainty, advance))
+        comparison = _family(fit, model, motions, uncertainty, advance)
+        said, taken = logs[0].calibration.laser, motions[0].log.calibration.laser
+        if said and taken and taken.beam != said.beam:
+            comparison = replace(comparison, notes=(beam_words(said, [taken.beam]), *comparison.notes))
+        comparisons.append(comparison)
     return tuple(comparisons)
 
 
@@ -326,7 +331,9 @@ def _matched(
         nearest = min(same, key=lambda p: abs(p.speed - middle), default=None)
         if nearest is not None:
             unmatched.remove(nearest)
-        comparisons.append(BifurcationComparison(bracket, nearest, analogue, _agrees(bracket, nearest, analogue, hopf)))
+        comparisons.append(
+            BifurcationComparison(bracket, nearest, analogue, agreement(bracket, nearest, analogue, hopf))
+        )
     comparisons += [BifurcationComparison(None, transition, None, None) for transition in unmatched]
     return tuple(sorted(comparisons, key=lambda pair: pair.predicted.speed if pair.predicted else pair.measured.low))  # type: ignore[union-attr]
 
@@ -347,19 +354,26 @@ def _joined(
     return joined
 
 
-def _agrees(seen: MeasuredBifurcation, predicted: Transition | None, model: float | None, hopf: float | None) -> bool:
+def agreement(
+    seen: MeasuredBifurcation, predicted: Transition | None, model: float | None, hopf: float | None
+) -> bool | None:
     """Whether the prediction can be within the bracket (a bench may leave the cycle from the Hopf speed on), and the
-    estimate, if there is one, is as near to it or to what the model gives alike as both are known."""
+    estimate, if there is one, is as near to it or to what the model gives alike as both are known; None where any speed
+    would be, within `bifurcations.VAGUE`."""
     if predicted is None:
         return False
-    deviation = predicted.deviation if np.isfinite(predicted.deviation) else 0.0
+    reach = bifurcations.COVER * (predicted.deviation if np.isfinite(predicted.deviation) else 0.0)
+    known = 0.5 * (seen.high - seen.low) + reach
     if seen.estimate is not None:
         off = min(abs(seen.estimate - value) for value in (predicted.speed, model) if value is not None)
-        if off > bifurcations.COVER * float(np.hypot(deviation, seen.deviation or 0.0)):
+        within = float(np.hypot(reach, bifurcations.COVER * (seen.deviation or 0.0)))
+        if off > within:
             return False
-    reach = bifurcations.COVER * deviation
+        known = min(known, within)
     least = predicted.speed if hopf is None or predicted.after else min(hopf, predicted.speed)
-    return bool(seen.low <= predicted.speed + reach and seen.high >= least - reach)
+    if seen.low > predicted.speed + reach or seen.high < least - reach:
+        return False
+    return True if known < bifurcations.VAGUE * predicted.speed else None
 
 
 def _check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[RigLog]) -> None:

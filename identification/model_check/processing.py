@@ -11,6 +11,7 @@ from identification.measurement.disc_motion import fuse
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.motion import SMOOTHING, DiscMotion, savitzky_golay
 from identification.measurement.pooling import at_rest, check_contacts, check_same_rig, motions_in_pieces
+from identification.measurement.seen_beam import seen_beam, with_beam
 from identification.measurement.slip_segments import THRESHOLD
 from identification.model_check.portraits import LIMITS, PHASES, Portrait, Rest, Stick
 from rig_io.logs.log import RigLog, stretches
@@ -33,7 +34,8 @@ def measured_motions(logs: Sequence[RigLog], natural_period: float) -> dict[tupl
     """Motions of the stick-slip logs of one rig, by the discs in contact. Unlike the logs of a fit these need no stick:
     above the bifurcation the disc slides steadily, and that is a result.
 
-    logs: a free decay among them gives the zero of the angle; natural_period: s, scale of the smoothing.
+    logs: a free decay among them gives the zero of the angle, and the laser's beam is the one that the encoder shows,
+    as in a fit; natural_period: s, scale of the smoothing.
     StickslipError: no such log, different rigs, a log without disc, or one that cannot be read as a motion.
     """
     decays = [log for log in logs if log.kind == "free-decay"]
@@ -43,6 +45,9 @@ def measured_motions(logs: Sequence[RigLog], natural_period: float) -> dict[tupl
     check_same_rig([*sliding, *decays])
     check_contacts(sliding)
     raw, _, _ = motions_in_pieces(sliding, CYCLES * natural_period)
+    if beams := seen_beam(raw, SMOOTHING * natural_period):
+        sliding, decays = ([with_beam(log, beams[0]) for log in some] for some in (sliding, decays))
+        raw, _, _ = motions_in_pieces(sliding, CYCLES * natural_period)
     if decays:
         raw = at_rest(raw, fit_free_decay(decays[0]))
     families: dict[tuple[str, ...], list[DiscMotion]] = {}
@@ -127,7 +132,6 @@ class Processing:
             mean_angle,
             np.interp(phase, time, speed).mean(axis=0),
             float(np.mean(periods)),
-            float(np.std(periods, ddof=1)),
             float(np.ptp(mean_angle)) / 2,
             sticks,
             len(periods),

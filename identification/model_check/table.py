@@ -104,7 +104,8 @@ def _sentence(pair: BifurcationComparison) -> str:
         if pair.measured.estimate is not None:
             text = f"carried on to no stick {measured_speed(pair.measured)} rad/s"
             clauses.append(text + (f" (the model alike: {pair.alike:.4g})" if pair.alike is not None else ""))
-    agreed = {True: " They agree.", False: " They do not agree.", None: ""}[pair.passed]
+    vague = " They are not told apart: too little is known of them." if pair.predicted and pair.measured else ""
+    agreed = {True: " They agree.", False: " They do not agree.", None: vague}[pair.passed]
     title, seen = "" if pair.predicted is None else pair.predicted.words, pair.measured
     if pair.predicted is None and seen is not None:
         title = Transition(seen.varied, seen.low, seen.before, seen.after).words

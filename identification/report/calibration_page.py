@@ -25,7 +25,8 @@ from identification.report.calibration_summary import (
     verdicts,
 )
 from identification.report.citations import calibration_citations
-from identification.report.page import Findings, counted, nested, warned
+from identification.report.hysteresis_report import loop_tables
+from identification.report.page import Findings, counted, warned
 
 BESIDE = (
     "Each measured variable over time and of the model (line), what is left, and the variable over its rate, both by "
@@ -68,12 +69,12 @@ class CalibrationFindings(Findings):
     def summary(self) -> list[str]:
         """How logs are followed, what is least known."""
         found = self.calibration
-        known = [parameter for parameter in found.parameters if parameter.standard_deviation is not None]
+        determined = [parameter for parameter in found.parameters if parameter.standard_deviation is not None]
         first, *others = followed_sentences(found, self.followed) or [""]
         sentences = [f"{first} {counted('verdict', verdicts(found))}".strip()]
         sentences.append(f"{len(found.parameters)} values of {found.model} were found in {', '.join(found.logs)}.")
-        if known:
-            worst = max(known, key=lambda one: (one.standard_deviation or 0.0) / max(abs(one.value), 1e-300))
+        if determined:
+            worst = max(determined, key=lambda one: (one.standard_deviation or 0.0) / max(abs(one.value), 1e-300))
             sd = worst.standard_deviation or 0.0
             unit = "" if worst.unit in ("", "1") else f" {worst.unit}"
             sentences.append(f"Least well known is {worst.name}: {worst.value:.4g} ± {sd:.2g}{unit}.")
@@ -81,8 +82,8 @@ class CalibrationFindings(Findings):
 
     def values(self) -> list[str]:
         """Verdicts; parameters and start states; the first variable of the first log."""
-        found = self.calibration
-        shown = [*warned("Verdicts", verdicts(found)), values_table(found).html()]
+        calibration = self.calibration
+        shown = [*warned("Verdicts", verdicts(calibration)), values_table(calibration).html()]
         if not self.followed:
             return shown
         one = self.followed[0]
@@ -100,7 +101,7 @@ class CalibrationFindings(Findings):
 
     def sections(self) -> list[str]:
         """Logs beside the model, the model with sliders, residuals of the calibration, the model."""
-        found, sections = self.calibration, []
+        calibration, sections = self.calibration, []
         if self.live:
             sections.append(section("live", "The model, moved", [paragraph(LIVE), self.live], folded=False))
         if self.followed:
@@ -108,12 +109,14 @@ class CalibrationFindings(Findings):
             parts = [drawing(followed_figure(self.followed), "logs", BESIDE), lines.html()]
             sections.append(section("logs", "Logs beside the model", parts))
         if self.loops:
-            sections.append(section("loops", "Sliders, cycles and laws", [nested(self.loops)]))
-        rest = [residuals_table(found.residuals).html(), paragraph(meaning(found), "about")]
+            notes = [*self.loops["notes"], f"As Python: {self.loops['laws'][0]['declaration']}"]
+            parts = [*(part.html() for part in loop_tables(self.loops)), bullets(notes)]
+            sections.append(section("loops", "Sliders, cycles and laws", parts))
+        rest = [residuals_table(calibration.residuals).html(), paragraph(meaning(calibration), "about")]
         sections.append(section("residuals", "What the calibration left, and what the intervals rest on", rest))
-        where = f"Declared in {found.declaration}." if found.declaration else "Declared in a program."
-        held = ", ".join(f"{name} = {value:g}" for name, value in found.held.items())
-        notes = [where, *([f"Held: {held}."] if held else []), *self.notes]
+        where = f"Declared in {calibration.declaration}." if calibration.declaration else "Declared in a program."
+        held_values = ", ".join(f"{name} = {value:g}" for name, value in calibration.held.items())
+        notes = [where, *([f"Held: {held_values}."] if held_values else []), *self.notes]
         return [*sections, section("model", "The model", [bullets(notes)])]
 
 

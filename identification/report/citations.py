@@ -50,6 +50,6 @@ def calibration_citations() -> list[str]:
 
 def citations(fit: FrictionFit) -> list[str]:
     """One sentence each: this program, the rig, and where the methods are from."""
-    found = [f"stickslip {version()}, identification of friction laws from rig logs.", RIG]
-    found += [text for text in (BY_ESTIMATOR.get(fit.estimator), BY_COVARIANCE.get(fit.covariance)) if text]
-    return found
+    sources = [f"stickslip {version()}, identification of friction laws from rig logs.", RIG]
+    sources += [text for text in (BY_ESTIMATOR.get(fit.estimator), BY_COVARIANCE.get(fit.covariance)) if text]
+    return sources

@@ -24,12 +24,12 @@ def fit_summary(fit: FrictionFit, decay: FreeDecay | None = None) -> Group:
 
     shown = [tables.decay_table(decay)] if decay is not None else []
     shown += fit_tables(fit)
-    said = [f"Disturbance {cause.sentence}" for cause in fit.causes]
-    said += [fit.words_of_law]
-    said += [fit.free.words(fitted_law(fit, fit.contacts[0]))] if fit.free else []
-    said += ["Assumed: " + "; ".join(fit.structure) + ".", *certainty(fit)]
+    sentences = [f"Disturbance {cause.sentence}" for cause in fit.causes]
+    sentences += [fit.words_of_law]
+    sentences += [fit.free.words(fitted_law(fit, fit.contacts[0]))] if fit.free else []
+    sentences += ["Assumed: " + "; ".join(fit.structure) + ".", *certainty(fit)]
     warnings = [Text(f"Warning: {warning}", style="bold") for warning in fit.warnings]
-    return Group(*shown, *map(Text, said), *warnings)
+    return Group(*shown, *map(Text, sentences), *warnings)
 
 
 def fit_tables(fit: FrictionFit, decay: FreeDecay | None = None) -> list[PrintedTable]:
@@ -47,22 +47,22 @@ def fit_tables(fit: FrictionFit, decay: FreeDecay | None = None) -> list[Printed
 
 def certainty(fit: FrictionFit) -> list[str]:
     """What a fit says of its identifiability, of its residuals and of the contact in stick."""
-    said = [f"Deviations: {LAG_RULE}."] if fit.covariance == "hac" else []
+    sentences = [f"Deviations: {LAG_RULE}."] if fit.covariance == "hac" else []
     if fit.collinearity:
         judged = "nearly collinear" if fit.collinearity.poor else "told apart"
-        said.append(f"Collinearity index {fit.collinearity.index:.3g} ({judged}): {fit.collinearity.words}.")
+        sentences.append(f"Collinearity index {fit.collinearity.index:.3g} ({judged}): {fit.collinearity.words}.")
     if fit.whiteness:
         coloured = fit.whiteness.coloured
         names = f"coloured in {' and '.join(coloured)} (the deviations allow for it)" if coloured else "white"
         beyond, tried = len(fit.whiteness.beyond), len(fit.whiteness.speeds)
-        said.append(
+        sentences.append(
             f"Residuals: {names} (Ljung-Box, 1 %); beyond {BEYOND:g} standard errors in {beyond} of {tried} "
             "ranges of slip speed."
         )
     if fit.presliding and not fit.presliding.elastic:
         reach = fit.presliding.compliance + 2 * fit.presliding.deviation
         least = f"above {1 / reach:.1g} N/m" if reach > 0 else "beyond measure"
-        said.append(f"In stick the contact is as good as rigid: its stiffness is {least} (95 %).")
+        sentences.append(f"In stick the contact is as good as rigid: its stiffness is {least} (95 %).")
     if fit.breakaway:
-        said.append(f"Breakaway: {fit.breakaway.words}.")
-    return said
+        sentences.append(f"Breakaway: {fit.breakaway.words}.")
+    return sentences

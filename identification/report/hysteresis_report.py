@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,10 +26,9 @@ def hysteresis_report(fit: HysteresisFit) -> Group:
     """Everything that is said of loops."""
     from rich.console import Group
 
-    parts = [sliders_table(fit), cycles_table(fit)]
-    if fit.laws:
-        parts.append(laws_table(fit))
-    shown = [plain(f"Hysteresis of {', '.join(fit.names)}", "bold"), *parts]
+    loops = fit.record()
+    at = f", where {' and '.join(fit.spectrum.factors)} = 0" if fit.spectrum.factors else ""
+    shown = [plain(f"Hysteresis of {', '.join(fit.names)}", "bold"), *loop_tables(loops, at)]
     if fit.laws and fit.laws[0].calibration is not None:
         at = "" if fit.load is None else f", at a load of {fit.load:.4g} N"
         shown += [plain(f"{fit.laws[0].name}{at}", "bold"), values_table(fit.laws[0].calibration)]
@@ -37,38 +37,38 @@ def hysteresis_report(fit: HysteresisFit) -> Group:
     return Group(*shown, *(plain(f"- {note}") for note in notes))
 
 
-def _units(fit: HysteresisFit) -> tuple[str, str]:
+def _units(load: float | None) -> tuple[str, str]:
     """Of stiffness and force of the sliders."""
-    return ("N/m", "N") if fit.load is None else ("1/m", "of the load")
+    return ("N/m", "N") if load is None else ("1/m", "of the load")
 
 
-def sliders_table(fit: HysteresisFit) -> PrintedTable:
-    """What the sliders say, without a choice of a law; with conditions in the place of numbers at zero."""
-    stiffness, force = _units(fit)
+def loop_tables(loops: Mapping[str, Any], at: str = "") -> list[PrintedTable]:
+    """Sliders, cycles and laws beside one another of a result in plain values (``HysteresisFit.record``); at: which of
+    the sliders, where their stiffness changes."""
+    return [_sliders_table(loops, at), _cycles_table(loops["cycles"]), *([_laws_table(loops)] if loops["laws"] else [])]
+
+
+def _sliders_table(loops: Mapping[str, Any], at: str) -> PrintedTable:
+    """What the sliders say, without a choice of a law."""
+    stiffness, force = _units(loops["load"])
     rows = [
-        ["stiffness of what gives way", number(fit.stiffness, ".4g"), stiffness],
-        ["its sliding force", number(fit.sliding_force, ".4g"), force],
-        ["spring beside", number(fit.spring_beside, ".4g"), "N/m"],
+        ["stiffness of what gives way", number(loops["stiffness"], ".4g"), stiffness],
+        ["its sliding force", number(loops["sliding_force"], ".4g"), force],
+        ["spring beside", number(loops["spring_beside"], ".4g"), "N/m"],
         *(
-            [f"left of {name}{' (held out)' if held else ''}", number(100 * left, ".3g"), "% of the force"]
-            for held, by_log in ((False, fit.left), (True, fit.left_out))
-            for name, left in by_log.items()
+            [f"left of {name}{held}", number(100 * left, ".3g"), "% of the force"]
+            for held, key in (("", "left"), (" (held out)", "left_out"))
+            for name, left in loops[key].items()
         ),
     ]
-    at = f", where {' and '.join(fit.spectrum.factors)} = 0" if fit.spectrum.factors else ""
     return table(f"Sliders{at}", ["of", "value", "unit"], rows)
 
 
-def cycles_table(fit: HysteresisFit) -> PrintedTable:
+def _cycles_table(cycles: Sequence[Mapping[str, Any]]) -> PrintedTable:
     """Energy a cycle, equivalent stiffness and damping, by amplitude."""
-    shown = fit.cycles if len(fit.cycles) <= MOST_CYCLES else fit.cycles[:: -(-len(fit.cycles) // MOST_CYCLES)]
-    rows = [
-        [
-            *(cycle.log, number(cycle.amplitude, ".4g"), number(cycle.count, "d"), number(cycle.work, ".4g")),
-            *(number(cycle.stiffness, ".4g"), number(cycle.damping_ratio, ".3g")),
-        ]
-        for cycle in shown
-    ]
+    shown = cycles if len(cycles) <= MOST_CYCLES else cycles[:: -(-len(cycles) // MOST_CYCLES)]
+    keys = {"amplitude": ".4g", "count": "d", "work": ".4g", "stiffness": ".4g", "damping_ratio": ".3g"}
+    rows = [[cycle["log"], *(number(cycle[key], style) for key, style in keys.items())] for cycle in shown]
     columns = [
         "log",
         PrintedColumn("amplitude", "m"),
@@ -79,19 +79,15 @@ def cycles_table(fit: HysteresisFit) -> PrintedTable:
     return table("Cycles", columns, rows)
 
 
-def laws_table(fit: HysteresisFit) -> PrintedTable:
+def _laws_table(loops: Mapping[str, Any]) -> PrintedTable:
     """Laws beside one another, the best first."""
-    logs, others = fit.names, [log.name for log in fit.held_out]
     rows = []
-    for law in fit.laws:
-        left = (law.left.get(name) for name in logs)
-        out = (law.held_out.get(name) for name in others)
-        cells = (number(None if part is None else 100 * part, ".3g") for part in (*left, *out))
-        rows.append([law.name, number(len(law.parameters), "d"), *cells])
-    heads = [
-        *(PrintedColumn(f"left of {name}", "%") for name in logs),
-        *(PrintedColumn(f"left of {n}, held out", "%") for n in others),
-    ]
+    for law in loops["laws"]:
+        parts = [*(law["left"].get(name) for name in loops["left"]), *map(law["held_out"].get, loops["left_out"])]
+        cells = (number(None if part is None else 100 * part, ".3g") for part in parts)
+        rows.append([law["name"], number(len(law["parameters"]), "d"), *cells])
+    heads = [PrintedColumn(f"left of {name}", "%") for name in loops["left"]]
+    heads += [PrintedColumn(f"left of {name}, held out", "%") for name in loops["left_out"]]
     return table("Laws, each beside a spring and an offset", ["law", "parameters", *heads], rows)
 
 
@@ -110,7 +106,7 @@ def hysteresis_figure(fit: HysteresisFit) -> Figure:
     axes = figure.add_subplot(rows, columns, len(logs) + 1)
     way, force = fit.spectrum.backbone()
     axes.plot(way, force, color="black", linewidth=1.6)
-    axes.set(xlabel="way from rest (m)", ylabel=f"force ({_units(fit)[1]})", title="virgin curve of the sliders")
+    axes.set(xlabel="way from rest (m)", ylabel=f"force ({_units(fit.load)[1]})", title="virgin curve of the sliders")
     axes.grid(alpha=0.25)
     figure.axes[0].legend(fontsize="small")
     return figure

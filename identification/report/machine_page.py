@@ -50,7 +50,7 @@ class MachineFindings(Findings):
         )
         many = ", ".join(fit.logs) if len(fit.logs) == 1 else f"{len(fit.logs)} logs"
         off = max(fit.joints, key=lambda one: one.seen.relative_error)
-        said = [
+        sentences = [
             f"Efforts are predicted to {100 * off.seen.relative_error:.1f} % or better (worst '{off.joint}'). "
             f"{counted('verdict', fit.verdicts)}",
             f"{len(fit.parameters)} base parameters of {fit.title} were found by {fit.method} in {many}.",
@@ -60,11 +60,11 @@ class MachineFindings(Findings):
         every = [(one.relative, one.joint, run.log) for run in self.runs for one in run.joints if one.relative]
         if every:
             share, joint, log = max(every)
-            said.append(
+            sentences.append(
                 f"Run from the measured state, it stays within {100 * share:.1f} % of the motion over "
                 f"{self.runs[0].window:g} s (root mean square; worst '{joint}' in {log})."
             )
-        return said
+        return sentences
 
     def values(self) -> list[str]:
         """Verdicts; parameters; effort and friction of the joint that is predicted worst."""
@@ -128,5 +128,5 @@ def machine_findings(
 def _sentences(fit: MachineFit) -> list[str]:
     where = f"Declared in {fit.declaration}" if fit.declaration else "Declared in a program"
     gravity = f", gravity {', '.join(f'{one:g}' for one in fit.gravity)} m/s2" if fit.gravity else ""
-    said = [f"{where}{gravity}.", f"Logs: {', '.join(fit.logs)}."]
-    return [*said, *([f"No effort shows {', '.join(fit.silent)}."] if fit.silent else [])]
+    sentences = [f"{where}{gravity}.", f"Logs: {', '.join(fit.logs)}."]
+    return [*sentences, *([f"No effort shows {', '.join(fit.silent)}."] if fit.silent else [])]

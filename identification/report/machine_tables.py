@@ -124,8 +124,8 @@ def runs_report(fit: MachineFit, runs: Sequence[MachineRun]) -> Group:
     """The machine beside its logs."""
     from rich.console import Group
 
-    said = [plain(f"- {run.log}: {why}") for run in runs for why in run.given_up[:1]]
-    return Group(plain(fit.title, "bold"), runs_table(runs), *said)
+    notes = [plain(f"- {run.log}: {why}") for run in runs for why in run.given_up[:1]]
+    return Group(plain(fit.title, "bold"), runs_table(runs), *notes)
 
 
 def excitation_table(found: Excitation) -> PrintedTable:

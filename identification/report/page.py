@@ -9,17 +9,15 @@ import datetime
 import json
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from fmu_models.base.files import write_whole
 from fmu_models.base.shown import Shown
-from fmu_models.base.table import scrolling
 from fmu_models.base.version import version
 from fmu_models.report.document import bullets, document, paragraph, section
-from identification.report.tables import shown
 
 
 class Findings(Shown, ABC):
@@ -92,22 +90,3 @@ def counted(kind: str, sentences: Sequence[str]) -> str:
     against = " against it" if kind == "verdict" else ""
     few = {0: f"There are no {kind}s{against}.", 1: f"There is one {kind} (below)."}
     return few.get(count, f"{count} {kind}s (below).")
-
-
-def nested(value: object) -> str:
-    """A plain value as HTML: objects as definitions, lists of objects as tables, texts as lists."""
-    if isinstance(value, Mapping):
-        pairs = (
-            f"<dt>{escape(key.replace('_', ' '))}</dt><dd>{nested(item)}</dd>"
-            for key, item in value.items()
-            if item is not None
-        )
-        return "<dl>\n" + "\n".join(pairs) + "\n</dl>"
-    if isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
-        heads = "".join(f'<th scope="col">{escape(key.replace("_", " "))}</th>' for key in value[0])
-        rows = ("<tr>" + "".join(f"<td>{escape(shown(item))}</td>" for item in row.values()) + "</tr>" for row in value)
-        body = "".join(rows)
-        return scrolling(f"<table>\n<thead><tr>{heads}</tr></thead>\n<tbody>{body}</tbody></table>", "table")
-    if isinstance(value, list | tuple) and value and isinstance(value[0], str):
-        return bullets(value)
-    return escape(shown(value))

@@ -83,8 +83,8 @@ class RigFindings(Findings):
         ]
         judged = f"The model agrees with the measured motion {', '.join(agreed)}. " if agreed else ""
         ended = "" if fit.converged else f"The fit did not converge ({fit.message}). "
-        said = [f"{ended}{judged}{counted('warning', fit.warnings)}"]
-        said.append(
+        sentences = [f"{ended}{judged}{counted('warning', fit.warnings)}"]
+        sentences.append(
             f"The {fit.law} law was fitted to {fit.segments} slips in {len(fit.logs)} logs by the estimator "
             f"'{fit.estimator}'."
         )
@@ -92,23 +92,23 @@ class RigFindings(Findings):
         parts = (worst.total_deviation, worst.standard_deviation, worst.scale_deviation, worst.law_deviation or 0.0)
         total, noise, scale, law = (100 * part / max(abs(worst.value), 1e-300) for part in parts)
         by_law = f", {_digits(law)} % from the choice of the law" if worst.law_deviation is not None else ""
-        said.append(
+        sentences.append(
             f"Least well known is {worst.name}, to {fit.words_at_least(worst.name)}{_digits(total)} % "
             f"({_digits(noise)} % from noise, {_digits(scale)} % from the rig's constants{by_law}; "
             "one standard deviation)."
         )
-        said.append(fit.words_of_law)
-        said += [f"Disturbance {cause.sentence}" for cause in fit.causes]
+        sentences.append(fit.words_of_law)
+        sentences += [f"Disturbance {cause.sentence}" for cause in fit.causes]
         for family in self.families:
-            said += bifurcation_sentences(family)[: len(family.bifurcations)]
+            sentences += bifurcation_sentences(family)[: len(family.bifurcations)]
         if fit.whiteness is not None:
             wrong = [*fit.whiteness.beyond, *fit.whiteness.repeated]
-            said.append(
+            sentences.append(
                 "The residuals show that the model misses something (below)."
                 if wrong
                 else "The residuals show no trend over the slip speed and no course that repeats from slip to slip."
             )
-        return said
+        return sentences
 
     def values(self) -> list[str]:
         """Warnings; parameters; portraits and the law at a glance."""

@@ -228,16 +228,3 @@ def plan_table(design: Design) -> PrintedTable:
     rows.append(["repeated", "", "", *(sd(design.plan.repeated[name]) for name in names), "logs as before"])
     columns = ("after", PrintedColumn("drive", "rad/s"), PrintedColumn("load", "N"), *(f"sd {name}" for name in names))
     return table(f"Plan of {len(design.plan.logs)} logs of {design.duration:g} s", (*columns, "start"), rows)
-
-
-def shown(value: object) -> str:
-    """A plain value as text."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.5g}"
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key} {shown(item)}" for key, item in value.items())
-    if isinstance(value, list | tuple):
-        return ", ".join(shown(item) for item in value)
-    return "" if value is None else str(value)

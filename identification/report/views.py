@@ -91,8 +91,8 @@ def _(laws: LawComparison) -> str:
 
 @tell.register(PortraitComparison)
 def _(portrait: PortraitComparison) -> str:
-    said = f"{portrait.log}: measured {portrait.measured.words}; model {portrait.model.words}."
-    return f"{said}\n\n{portrait.frame.to_string()}"
+    sentence = f"{portrait.log}: measured {portrait.measured.words}; model {portrait.model.words}."
+    return f"{sentence}\n\n{portrait.frame.to_string()}"
 
 
 def _text(renderable: RenderableType) -> str:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.toml_document import read_document
 
 Values = Mapping[str, Sequence[str]]  # by field
 
@@ -21,7 +23,7 @@ PROPOSED = {
 }
 # what goes to --output, by another option of the command: points of the picture of a family of motions, from which the
 # next command may begin; what is fitted, as an FMU (a scene or an SSP by another suffix)
-OUTPUTS = {"forcing": "{command}.csv", "names": "fitted.fmu"}
+OUTPUTS = {"forcing": "{command}.csv", "curve": "{command}.csv", "names": "fitted.fmu"}
 # commands that go on where one ends; fields of the same name go with them, and those of another name by RENAMED
 NEXT = {
     "describe": ("fit", "laws"),
@@ -36,10 +38,13 @@ NEXT = {
     "basins": ("branch", "simulate", "lyapunov"),
     "branch": ("basins", "diagram", "simulate"),
     "chart": ("basins", "branch", "simulate"),
-    "apply": ("explore", "simulate", "inspect"),
+    "equilibria": ("simulate", "basins", "branch"),
+    "scene": ("export", "explore", "simulate"),
+    "apply": ("explore", "simulate", "inspect", "scene"),
     "calibrate": ("report", "apply"),
     "inverse": ("report", "apply"),
 }
+CLICKED = ("diagram", "basins", "branch", "chart", "equilibria")  # whose pictures, as .svg, say what they span
 SUBJECTS = ("model", "path")
 RENAMED = {"files": "logs", "result": "fitted"}
 # which the next one has anew
@@ -72,18 +77,19 @@ class Field:
 
 
 def fields(command: Any) -> list[Field]:
-    """Fields of a command of typer: those that must be filled in, those that most want to say, the others."""
-    found = [_field(parameter) for parameter in command.params if parameter.name not in UNASKED]
+    """Fields of a command of typer: those that must be filled in, what it is of, those that most want to say, the
+    others."""
+    listed = [_field(parameter) for parameter in command.params if parameter.name not in UNASKED]
     places = {name: place for place, name in enumerate(FIRST)}
-    return sorted(found, key=lambda field: (not field.required, places.get(field.name, len(FIRST))))
+    return sorted(listed, key=lambda field: (not field.required, field.flag != "", places.get(field.name, len(FIRST))))
 
 
 def groups(found: Sequence[Field], values: Values) -> dict[str, list[Field]]:
     """Fields by the heading that they stand under, "" for those that are always seen; none that is empty."""
     parts: dict[str, list[Field]] = {"": [], "Files": [], "More options": []}
     for field in found:
-        said = any(values.get(field.name, ())) and values[field.name] != [field.default]
-        seen = field.required or field.name in FIRST or (said and field.name not in WRITTEN)
+        filled_in = any(values.get(field.name, ())) and values[field.name] != [field.default]
+        seen = field.required or not field.flag or field.name in FIRST or (filled_in and field.name not in WRITTEN)
         parts["" if seen else "Files" if field.name in WRITTEN else "More options"].append(field)
     return {heading: part for heading, part in parts.items() if part}
 
@@ -123,7 +129,7 @@ def carried(values: Values, found: Sequence[Field]) -> dict[str, list[str]]:
         if name in names and name not in OF_A_RUN and any(value) and (value == ["True"] or names[name] != "flag")
     }
     if "model" not in values and values.get("path"):  # what `inspect` looked into
-        over |= {field.name: list(values["path"]) for field in found if field.name in SUBJECTS and field.required}
+        over |= {field.name: list(values["path"]) for field in found if field.name in SUBJECTS and not field.flag}
     for name, other in RENAMED.items():
         if other in names and values.get(name):
             over[other] = list(values[name])
@@ -131,19 +137,28 @@ def carried(values: Values, found: Sequence[Field]) -> dict[str, list[str]]:
     return over
 
 
+def looking_into(path: Path) -> str:
+    """The command that looks into a file. StickslipError: a .toml file that cannot be read."""
+    if path.suffix in (".fmu", ".ssp", ".ssd"):
+        return "inspect"
+    if path.suffix == ".toml":
+        return "couple" if "units" in read_document(path).data else "scene"
+    return "show"
+
+
 def arguments(command: str, found: Sequence[Field], values: Values) -> list[str]:
     """The command line of a form. What is left as it is by itself is not said. StickslipError: a field is empty that
     must be filled in."""
     line = [command]
     for field in found:
-        given = [text.strip() for value in values.get(field.name, ()) for text in value.splitlines() if text.strip()]
-        if field.required and not given:
+        lines = [text.strip() for value in values.get(field.name, ()) for text in value.splitlines() if text.strip()]
+        if field.required and not lines:
             raise StickslipError(f"'{field.label}' is empty. {field.help}")
         if field.kind == "flag":
-            on, default = given == ["True"], field.default == "True"
+            on, default = lines == ["True"], field.default == "True"
             line += [] if on == default else [field.flag if on else field.off]
-        elif given and given != [field.default]:
-            line += [word for text in given for word in (_given(field.flag, text) if field.flag else (text,))]
+        elif lines and lines != [field.default]:
+            line += [word for text in lines for word in (_given(field.flag, text) if field.flag else (text,))]
     return line
 
 

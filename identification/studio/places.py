@@ -90,13 +90,13 @@ def place_of(folder: Path, files: tuple[str, ...]) -> Place | None:
 
 def begun_at(place: Place, at: Mapping[str, float], command: str, fields: list[Field], values: dict[str, Any]) -> None:
     """Write into the form of a command what a place gives: its parameters, its state as the start, its ranges."""
-    known = place.values(at)
-    found = {field.name: field for field in fields}
+    place_values = place.values(at)
+    fields_by_name = {field.name: field for field in fields}
     for name, of in (("settings", place.parameters), ("start", place.states)):
-        if name in found:
-            new = {key: value for key, value in known.items() if key in of}
+        if name in fields_by_name:
+            new = {key: value for key, value in place_values.items() if key in of}
             lines = [line for text in values.get(name, ()) for line in text.splitlines()]
             kept = [line for line in lines if line.partition("=")[0].strip() not in new]
             values[name] = [*kept, *(f"{key}={value!r}" for key, value in new.items())]
-    if "over" in found:
-        values["over"] = place.ranges(command, found["over"])
+    if "over" in fields_by_name:
+        values["over"] = place.ranges(command, fields_by_name["over"])

@@ -19,6 +19,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 import jinja2
+import tornado.http1connection
 import tornado.httpserver
 import tornado.netutil
 import tornado.web
@@ -34,6 +35,7 @@ from identification.studio.study import NO_STEPS, STUDY, line
 LOOPBACK = "127.0.0.1"
 COOKIE = "stickslip_studio"
 LARGEST = 1 << 28  # bytes of what is dropped at once, which are held in memory
+FORM = 1 << 20  # bytes of any other form
 LOGS = "logs"  # what is dropped, and the folder that it is put in
 PICTURES = (".svg", ".png")
 POLICY = (
@@ -123,8 +125,8 @@ class Page(tornado.web.RequestHandler):
 
     def show(self, template: str, **values: Any) -> None:
         """Write a page."""
-        known = {"folder": self.desk.folder.name, "version": version(), "xsrf": self.xsrf_token.decode()}
-        self.finish(self.desk.pages.get_template(template).render(**known, **values))
+        common = {"folder": self.desk.folder.name, "version": version(), "xsrf": self.xsrf_token.decode()}
+        self.finish(self.desk.pages.get_template(template).render(**common, **values))
 
     def write_error(self, status_code: int, **details: Any) -> None:
         """A page for what went wrong; of what a user did, the sentence."""
@@ -158,11 +160,36 @@ class Index(Page):
         self.show("index.html", steps=steps, first=FIRST, largest=LARGEST, **parts)
 
 
+@tornado.web.stream_request_body
 class Upload(Page):
-    """Files that are dropped: logs into their folder, others beside them."""
+    """Files that are dropped: logs into their folder, others beside them. The form's token is in the address: who may
+    ask is known before the body is taken."""
+
+    def prepare(self) -> None:
+        """Take a body, once it may be sent."""
+        super().prepare()
+        self._connection.set_max_body_size(LARGEST + FORM)
+        self.body = bytearray()
+
+    def data_received(self, chunk: bytes) -> None:
+        """Of tornado: the next part of the body."""
+        self.body += chunk
+
+    def write_error(self, status_code: int, **details: Any) -> None:
+        """As of every page; what is refused before its body came is not read."""
+        if status_code == 403:
+            self._connection.set_max_body_size(0)
+        super().write_error(status_code, **details)
+
+    @property
+    def _connection(self) -> tornado.http1connection.HTTP1Connection:
+        assert isinstance(self.request.connection, tornado.http1connection.HTTP1Connection)
+        return self.request.connection
 
     async def post(self) -> None:
         """Keep them, and go on with what they are. Logs that cannot be read are not kept: all others would wait."""
+        self.request.body = bytes(self.body)
+        self.request._parse_body()
         files = self.request.files.get("files", [])
         if not files:
             raise StickslipError("No file was chosen.")
@@ -182,9 +209,8 @@ class Upload(Page):
                 raise StickslipError(f"{error} What was dropped is not kept; drop logs that can be read.") from error
             self.redirect(f"/describe?{urlencode({'folder': folder})}")
             return
-        name = next(iter(bodies)).name
-        command = "inspect" if name.endswith((".fmu", ".ssp", ".ssd")) else "show"
-        self.redirect(f"/give/{command}?{urlencode({'first': name})}")
+        path = next(iter(bodies))
+        self.redirect(f"/give/{forms.looking_into(path)}?{urlencode({'first': path.name})}")
 
 
 def _plain(name: str) -> str:
@@ -237,19 +263,19 @@ class Give(Page):
 
     def get(self, name: str) -> None:
         """Show it, with what goes over from the step before."""
-        found = self.desk.fields(name)
-        values = forms.proposals(name, found)
+        fields = self.desk.fields(name)
+        values = forms.proposals(name, fields)
         if (before := self.get_query_argument("after", "")).isdigit() and (step := self.desk.steps.step(int(before))):
             again = step.arguments[0] == name
-            written = [file for file in step.files if file.endswith(".fmu")]
-            given = {"path": written[:1]} if written else step.values
-            values = dict(step.values) if again else values | forms.carried(given, found)
+            written = [file for file in step.files if file.endswith((".fmu", ".toml"))]
+            carried = {"path": written[:1]} if written else step.values
+            values = dict(step.values) if again else values | forms.carried(carried, fields)
             place, at = place_of(self.desk.folder, step.files), self._at()
             if place is not None and (at or not again):
-                begun_at(place, at, name, found, values)
+                begun_at(place, at, name, fields, values)
         if first := self.get_query_argument("first", ""):
-            values[found[0].name] = [first]
-        self._ask(name, found, values)
+            values[fields[0].name] = [first]
+        self._ask(name, fields, values)
 
     def post(self, name: str) -> None:
         """Begin it, or say what is missing."""
@@ -296,6 +322,7 @@ class Shown(Page):
         parts = {
             "pictures": [name for name in seen if name.endswith(PICTURES)],
             "pages": [name for name in seen if name.endswith(".html")],
+            "unclickable": place is None and step.arguments[0] in forms.CLICKED,
             "commands": self.desk.commands,
         }
         title = f"{step.arguments[0]}, {step.status}"
@@ -347,7 +374,7 @@ def serve(desk: Desk, port: int) -> tuple[tornado.httpserver.HTTPServer, str]:
         sockets = tornado.netutil.bind_sockets(port, LOOPBACK)
     except OSError as error:
         raise StickslipError(f"Port {port} of this machine cannot be used: {error.strerror}. Name another.") from error
-    server = tornado.httpserver.HTTPServer(application, max_buffer_size=LARGEST + (1 << 20))
+    server = tornado.httpserver.HTTPServer(application, max_body_size=FORM)
     server.add_sockets(sockets)
     return server, f"http://{LOOPBACK}:{sockets[0].getsockname()[1]}/?token={desk.token}"
 

@@ -83,14 +83,14 @@ class Steps:
         room = self.folder / ROOM / str(number)
         if not (room / "given.json").is_file():
             return None
-        given = json.loads((room / "given.json").read_text("utf-8"))
+        begun_as = json.loads((room / "given.json").read_text("utf-8"))
         ended = json.loads((room / "ended.json").read_text("utf-8")) if (room / "ended.json").is_file() else {}
         # of a studio that was shut down meanwhile
         lost = not ended and number not in self._running
         return Step(
             number,
-            tuple(given["arguments"]),
-            given["values"],
+            tuple(begun_as["arguments"]),
+            begun_as["values"],
             130 if lost else ended.get("code"),
             tuple(ended.get("files", ())),
             ended.get("seconds", time.time() - (room / "given.json").stat().st_mtime),
@@ -103,13 +103,13 @@ class Steps:
             number = 1 + max(self._numbers(), default=0)
             room = self.folder / ROOM / str(number)
             room.mkdir(parents=True)
-            given = {"arguments": list(arguments), "values": {name: list(value) for name, value in values.items()}}
+            begun_as = {"arguments": list(arguments), "values": {name: list(value) for name, value in values.items()}}
             before = self._files()
             with (room / OUT).open("w") as out, (room / ERR).open("w") as err:
                 environment = {**os.environ, "COLUMNS": WIDTH, "NO_COLOR": "1"}
                 process = begun(arguments, self.folder, stdout=out, stderr=err, env=environment)
             self._running[number] = process
-            (room / "given.json").write_text(json.dumps(given), "utf-8")
+            (room / "given.json").write_text(json.dumps(begun_as), "utf-8")
         threading.Thread(target=self._wait, args=(number, process, before), daemon=True).start()
         return number
 
@@ -149,11 +149,11 @@ class Steps:
 
 def files_of(folder: Path) -> list[str]:
     """Files of a study by their paths in it; none that are hidden, no links, nor what stores are made of."""
-    found = []
+    files = []
     for top, folders, names in os.walk(folder):
         stores = [name for name in folders if name.endswith(".zarr")]
         folders[:] = sorted(name for name in folders if not name.startswith(".") and name not in stores)
         place = Path(top).relative_to(folder)
         plain = (name for name in sorted(names) if not name.startswith(".") and not Path(top, name).is_symlink())
-        found += [(place / name).as_posix() for name in plain]
-    return found
+        files += [(place / name).as_posix() for name in plain]
+    return files

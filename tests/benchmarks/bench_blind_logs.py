@@ -149,7 +149,8 @@ def stickslip(*words: object) -> tuple[int, str, str]:
 @dataclass(frozen=True)
 class Outcome:
     """errors: of mu_s, mu_k, p in stated deviations, none where there is no fit; held: how many of their 95 % intervals
-    hold the truth; named: what is said to be wrong; beam: that is said to be there, where it is said; cpu: s."""
+    hold the truth; named: what is said to be wrong; beam: that is said to be there, where it is said, or those that
+    are not told apart; cpu: s."""
 
     bench: Blind
     errors: tuple[float, ...]
@@ -169,7 +170,12 @@ class Outcome:
         """Whether something is named that is not there."""
         bench = self.bench
         there = {bench.disturbance} | ({"laser-bend"} if bench.told != bench.beam else set())
-        return any(set(one.split("/")).isdisjoint(there) for one in self.named) or self.beam not in ("", bench.beam)
+        return any(set(one.split("/")).isdisjoint(there) for one in self.named) or (self.beam != "" and not self.seen)
+
+    @property
+    def seen(self) -> bool:
+        """Whether the beam that is there is among those named."""
+        return self.bench.beam in self.beam.split(" or ")
 
 
 def judged(bench: Blind, folder: Path) -> Outcome:
@@ -222,12 +228,14 @@ def summary(outcomes: Sequence[Outcome]) -> str:
     disturbed = [one for one in outcomes if one.bench.disturbance]
     fitted = [one for one in outcomes if one.errors]
     found = sum(any(one.bench.disturbance in named.split("/") for named in one.named) for one in disturbed)
+    alone = sum(any(one.bench.disturbance == named for named in one.named) for one in disturbed)
     scatter = np.sqrt(np.mean(np.square([one.errors for one in fitted] or [[np.nan] * 3]), axis=0))
     return (
         f"first fit right {sum(one.right for one in outcomes)} of {len(outcomes)}, false alarms "
         f"{sum(one.false for one in outcomes)}, wrong beam named "
-        f"{sum(one.beam == one.bench.beam for one in wrong)} of {len(wrong)}, disturbance named {found} of "
-        f"{len(disturbed)}; 95 % intervals hold {sum(one.held for one in fitted)} of {3 * len(fitted)}; error/sd "
+        f"{sum(one.seen for one in wrong)} of {len(wrong)} ({sum(one.beam == one.bench.beam for one in wrong)} alone), "
+        f"disturbance named {found} of {len(disturbed)} ({alone} alone); 95 % intervals hold "
+        f"{sum(one.held for one in fitted)} of {3 * len(fitted)}; error/sd "
         f"{' '.join(f'{one:.2f}' for one in scatter)}; CPU {np.median([one.cpu for one in outcomes]):.1f} s"
     )
 

@@ -70,3 +70,21 @@ def test_what_goes_on_below_is_indented_and_no_word_is_broken() -> None:
     text = "  how   exact flow, by a-name-that-is-longer-than-a-line"
     lines = ["  how   exact flow,", "    by", "    a-name-that-is-longer-than-a-line"]
     assert console.hanging(text, 20, 4).split("\n") == lines
+
+
+def test_what_is_pasted_stands_on_one_line() -> None:
+    say = "The drives' log 'a b.csv' isn't clear: "
+    for pasted in ("'rows by name'", "`x = 2 * y`", "--set 'a=1, ratio 3'", "--read sheet=NAME", '"a b c d"'):
+        for width in range(10, 80):
+            lines = console.hanging(f"{say}{pasted} says that it's so.", width).split("\n")
+            assert any(pasted in line for line in lines) and any("'a b.csv'" in line for line in lines)
+    command = "stickslip describe FILES --set w:FILE=VALUE"
+    for end in ("", ".", ". Or not.", "; or not."):
+        assert command + end[:1] in console.hanging(say + command + end, 30).split("\n")[2]
+    # what is not in it wraps as ever
+    assert console.hanging("the drives' logs, it's so", 12) == "the drives'\nlogs, it's\nso"
+
+
+def test_usage_errors_break_between_words(folder: Path) -> None:
+    said = on_terminal(shlex.split("simulate disc_rig --until many"), COLUMNS, folder)
+    assert "to parse string as a" in " ".join(said.split()) and max(map(len, said.split("\n"))) <= COLUMNS

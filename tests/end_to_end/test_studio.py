@@ -5,8 +5,10 @@ from __future__ import annotations
 import html
 import json
 import re
+import shutil
 import time
 import urllib.error
+import urllib.parse
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -102,6 +104,20 @@ def test_who_may_not_ask_gets_nothing(visitor: Visitor) -> None:
     assert "link.txt" not in visitor.get("/")
 
 
+def test_a_body_is_not_taken_from_who_may_not_send_it(visitor: Visitor) -> None:
+    cookies = "; ".join(f"{cookie.name}={cookie.value}" for cookie in visitor.jar)
+    place = f"/upload?_xsrf={urllib.parse.quote(visitor.xsrf)}"
+    size = 200 << 20
+    for headers in ({}, {"Cookie": cookies, "Origin": "http://127.0.0.1:1"}, {"Cookie": "stickslip_studio=wrong"}):
+        assert visitor.announced(size, place, **headers).startswith(b"HTTP/1.1 403 ")
+    assert visitor.announced(size, Cookie=cookies).startswith(b"HTTP/1.1 403 ")  # no form of this page
+    assert visitor.announced(size, "/give/simulate", Cookie=cookies).startswith(
+        b"HTTP/1.1 400 "
+    )  # no other form is so long
+    assert visitor.announced(300 << 20, place, Cookie=cookies).startswith(b"HTTP/1.1 400 ")
+    assert visitor.announced(size, place, Cookie=cookies) == b""  # it waits for the body
+
+
 def test_pages_say_what_browsers_may_do_with_them(visitor: Visitor) -> None:
     with visitor.opener.open(f"{visitor.base}/", timeout=60) as answer:
         policy = answer.headers["Content-Security-Policy"]
@@ -115,7 +131,7 @@ def test_pages_say_what_browsers_may_do_with_them(visitor: Visitor) -> None:
 
 def test_dropped_files_stay_in_the_study(visitor: Visitor) -> None:
     where, _ = visitor.drop("model", [("../../away.toml", b"x = 1")])
-    assert where == "/give/show?first=away.toml" and (visitor.folder / "away.toml").read_bytes() == b"x = 1"
+    assert where == "/give/scene?first=away.toml" and (visitor.folder / "away.toml").read_bytes() == b"x = 1"
     # by a link that was there already, too
     (visitor.folder / "link.toml").symlink_to(visitor.folder.parent / "away.toml")
     for name in (".profile", "study.toml", "..", "link.toml"):
@@ -253,6 +269,29 @@ def test_an_fmu_is_dropped_looked_into_and_run(visitor: Visitor) -> None:
     assert re.search(r'name="path" value="made.fmu"', visitor.get("/give/inspect?after=2"))
 
 
+def test_a_scene_is_dropped_computed_and_exported(visitor: Visitor) -> None:
+    scene = RIG.parents[1] / "scenes" / "disc_rig_class_a.toml"
+    where, page = visitor.drop("model", [("own.toml", scene.read_bytes())])
+    assert where == "/give/scene?first=own.toml" and re.search(r'name="path" value="own.toml"', page)
+    page = visitor.ended(visitor.post("/give/scene", path="own.toml")[0])
+    assert "against what is known" in page and "/give/export?after=1" in page
+    assert re.search(r'name="model" value="own.toml"', visitor.get("/give/export?after=1"))
+    page = visitor.ended(visitor.post("/give/export", model="own.toml", path="own.fmu")[0])
+    assert "parameters none" in page and (visitor.folder / "own.fmu").is_file()
+    where, _ = visitor.drop("model", [("pair.toml", b"[units.belt]\nmodel = 'block_on_belt'\n")])
+    assert where == "/give/couple?first=pair.toml"
+
+
+def test_a_fit_is_written_into_a_scene_of_the_suite_and_that_shown(visitor: Visitor) -> None:
+    shutil.copytree(RIG, visitor.folder / "logs")
+    visitor.ended(visitor.post("/give/fit", logs="logs", estimator="weak-form", result="fit.json")[0])
+    form = {"fitted": "fit.json", "source": "disc_rig_class_a", "output": "fitted.toml"}
+    page = visitor.ended(visitor.post("/give/apply", **form)[0])
+    assert "fitted.toml" in page
+    assert re.search(r'name="model" value="fitted.toml"', visitor.get("/give/explore?after=2"))
+    assert re.search(r'name="path" value="fitted.toml"', visitor.get("/give/scene?after=2"))
+
+
 def test_a_place_in_a_picture_is_a_point_of_the_result(tmp_path: Path, stickslip) -> None:
     over = ("--over", "omega=0.8:1.4:7", "--output", "d.csv", "--figure", "d.svg")
     assert stickslip("diagram", "discontinuous_support", "--forcing", "omega", *over).code == 0
@@ -277,6 +316,20 @@ def test_a_place_in_a_picture_is_a_point_of_the_result(tmp_path: Path, stickslip
     assert values["over"] == [f"omega={low:.4g}:{high:.4g}"]
     begun_at(place, {}, "basins", form_of("basins"), values)
     assert [text.partition("=")[0] for text in values["over"]] == ["x", "v"]
+
+
+def test_a_place_in_a_picture_of_equilibria(tmp_path: Path, stickslip) -> None:
+    words = ("planar_hopf", "--over", "mu=-1:1", "--start", "x1=-1.5", "--start", "x2=0")
+    for of in ("x1", "eigenvalues"):
+        files = ("--output", f"{of}.csv", "--figure", f"{of}.svg")
+        assert stickslip("equilibria", *words, "--of", of, *files).code == 0
+    assert place_of(tmp_path, ("eigenvalues.svg",)) is None
+    place = place_of(tmp_path, ("x1.csv", "x1.svg"))
+    assert place is not None and place.axes == ("mu", "x1") and place.states == ("x1", "x2")
+    rows = pandas.read_csv(tmp_path / "x1.csv")
+    row = rows.iloc[len(rows) // 3]
+    assert place.values({"mu": row.mu, "x1": row.x1}) == pytest.approx(dict(row[["mu", "x1", "x2"]]), abs=1e-12)
+    assert proposals("equilibria", form_of("equilibria"))["output"] == ["equilibria.csv"]
 
 
 def test_a_form_begins_with_what_matters() -> None:

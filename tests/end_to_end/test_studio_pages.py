@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from pages import BROWSERS, Face, face, serious, until
 from recorders import TRUTH, VALUES, bench, semicolons
-from visitor import Visitor
+from visitor import ROOT, Visitor
 
 pytest.importorskip("tornado", reason="tornado is missing: pip install 'stickslip[studio]'")
 pytestmark = pytest.mark.nightly
@@ -136,6 +136,21 @@ def test_from_a_diagram_to_a_branch_and_a_basin(person: Person) -> None:
     until(person.tab, "document.getElementById('line').textContent.includes('--start x=1.5 --start v=-3.0')")
     person.writes("until", "5")
     person.runs()
+
+
+def test_a_scene_is_dropped_and_exported(person: Person) -> None:
+    person.tab.give("#model-file", ROOT / "data" / "scenes" / "block_on_belt_stick_slip.toml")
+    person.presses("Look into it")
+    until(person.tab, "document.getElementById('line').textContent.includes('scene block_on_belt_stick_slip.toml')")
+    person.writes("figure", "portrait.png")
+    assert "against what is known" in person.runs()
+    person.looks()
+    person.presses("export")
+    until(person.tab, "document.getElementById('line').textContent.includes('export block_on_belt_stick_slip.toml')")
+    person.looks()
+    assert "Model Exchange" in person.runs()
+    person.looks()
+    assert [path.name for path in person.visitor.folder.glob("*.fmu")] == ["block_on_belt_stick_slip.fmu"]
 
 
 def test_an_explorer_and_what_goes_wrong(person: Person) -> None:

@@ -336,6 +336,7 @@ PARSERS = {
     "identification/machines/urdf.py": "numbers and names",
     "identification/measurement/recipe.py": "its laws are those that come along",
     "identification/transfer/scene.py": "cases: by checked_scene",
+    "identification/studio/forms.py": "whether a file has a table of units",
     "identification/studio/steps.py": "what the studio wrote of its own steps",
     "identification/studio/study.py": "cases in test_studio.py: commands of ours, which name nothing untrusted",
     "identification/watch/state.py": "cases",

@@ -9,6 +9,7 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -17,7 +18,7 @@ import urllib.parse
 import urllib.request
 import uuid
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
@@ -41,7 +42,7 @@ class Visitor:
         self.base = self.address.partition("/?")[0]
         self.jar = http.cookiejar.CookieJar()
         self.opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(self.jar))
-        self.xsrf = re.findall(r'name="_xsrf" value="([^"]+)"', self.get(self.address))[0]
+        self.xsrf = urllib.parse.unquote(re.findall(r'_xsrf=([^"]+)"', self.get(self.address))[0])
 
     def get(self, place: str) -> str:
         """A page, by its path or its whole address."""
@@ -58,12 +59,12 @@ class Visitor:
         """Drop files on the study."""
         border = uuid.uuid4().hex
         entry = f"--{border}\r\nContent-Disposition: form-data; name="
-        parts = [f'{entry}"{name}"\r\n\r\n{value}\r\n' for name, value in (("what", what), ("_xsrf", self.xsrf))]
-        body = "".join(parts).encode()
+        body = f'{entry}"what"\r\n\r\n{what}\r\n'.encode()
         for name, content in files:
             body += f'{entry}"files"; filename="{name}"\r\n\r\n'.encode() + content + b"\r\n"
         kind = {"Content-Type": f"multipart/form-data; boundary={border}"}
-        request = urllib.request.Request(f"{self.base}/upload", body + f"--{border}--\r\n".encode(), kind)
+        place = f"{self.base}/upload?_xsrf={urllib.parse.quote(self.xsrf)}"
+        request = urllib.request.Request(place, body + f"--{border}--\r\n".encode(), kind)
         with self.opener.open(request, timeout=60) as answer:
             return answer.geturl().removeprefix(self.base), answer.read().decode()
 
@@ -90,6 +91,20 @@ class Visitor:
             connection.request("GET", place, headers=headers)
             with connection.getresponse() as answer:
                 return answer.status
+
+    def announced(self, size: int, place: str = "/upload", **headers: str) -> bytes:
+        """What is answered to the headers of a body that is never sent, until the other side hangs up; b"": it waits
+        for the body."""
+        host, port = self.base.removeprefix("http://").split(":")
+        lines = {"Host": f"{host}:{port}", "Content-Length": str(size), "Content-Type": "multipart/form-data"} | headers
+        text = "".join(f"{name}: {value}\r\n" for name, value in lines.items())
+        with socket.create_connection((host, int(port)), timeout=5.0) as connection:
+            connection.sendall(f"POST {place} HTTP/1.1\r\n{text}\r\n".encode())
+            answer = b""
+            with suppress(TimeoutError):
+                while part := connection.recv(4096):
+                    answer += part
+            return answer
 
     def close(self) -> int:
         """Ctrl-C at the terminal; the exit code."""

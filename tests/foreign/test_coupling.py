@@ -245,13 +245,14 @@ def test_the_rig_is_the_same_co_simulated(version):
     assert [event.time for event in run.events] == pytest.approx([event.time for event in exact.events], abs=near)
 
 
-def test_a_driven_disc_whose_speed_s_rate_is_not_fed_is_refused_with_the_cure():
+@pytest.mark.parametrize("solver", ["auto", "co-simulation"])
+def test_a_driven_disc_whose_speed_s_rate_is_not_fed_is_refused_with_the_cure(solver):
     system = read_system(SCENE)
     connections = [one for one in system.connections if not one.target.endswith("_rate")]
     with pytest.raises(
         MotionError, match=r"\(chattering\).* from motor0.speed's rate of change to rig.w0_rate"
     ) as caught:
-        couple(system.changed(connections=connections))
+        couple(system.changed(connections=connections, solver=solver))
     assert "F_rate" not in str(caught.value) and caught.value.so_far
 
 

@@ -97,5 +97,6 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
 #undef INLINE
 #undef AT
 #undef EACH
+#undef WHERE
 #undef LANES_W
 #undef NAME

@@ -29,34 +29,6 @@ static void place_on_bound(const LaneTable *t, const LaneMode *m, double *z, int
         z[i] -= depth / size * t->depth[c][i];
 }
 
-void lane_stop(LaneTable *t, Lane *lane, int g, double depth, double rate, double time)
-{
-    const int c = lanes_guard_contact[g];
-    LaneMotion *m = &lane->motion;
-    const int before = m->state[c];
-    int64_t *known = lane->known;
-    memset(known, 0, sizeof lane->known);
-    if (lanes_guard_slot[g] == GUARD_TANGENTIAL) {
-        m->state[c] = before == CONTACT_RELEASED ? CONTACT_TOUCHING : depth > 0.0 ? CONTACT_RELEASED : CONTACT_AWAY;
-        known[m->state[c] == CONTACT_AWAY ? g - 1 : g] = 1;
-    } else {
-        m->state[c] = before == CONTACT_AWAY ? CONTACT_TOUCHING : CONTACT_AWAY;
-        known[g] = 1;
-        if (before == CONTACT_AWAY) {
-            m->memory[c] = fabs(rate);
-            if (g + 1 < LANES_GUARDS && lanes_guard_contact[g + 1] == c)
-                known[g + 1] = t->entry_release[c][0] * rate + t->entry_release[c][1] == 0.0;
-        }
-    }
-    if (before == CONTACT_TOUCHING) m->held[c] += time - m->since[c];
-    if (m->state[c] == CONTACT_TOUCHING) {
-        m->since[c] = time;
-        m->began[c]++;
-    }
-    lane->mode = table_mode(m->state);
-    lane->failed |= !table_at(t, lane->mode)->usable;
-}
-
 /* how many zeros guard g has from now on: of the two margins of stick the nearer one has them, or both without load */
 static int64_t zeros(const LaneMode *m, const LaneEvent *e, const double *z, int g)
 {
@@ -138,43 +110,6 @@ int lane_event(Pool *pool, int64_t slot, int g, double *time)
     if (alone) decided = lane_transition(t, lane, z, g, *time, known);
     if (!decided) ask(pool, slot, z, falls, time, known);
     return decided;
-}
-
-int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
-{
-    Lane *lane = &pool->lanes[slot];
-    LaneTable *t = &pool->tables[slot];
-    if (!motion->wanted || !t->usable) return 0;
-    const int mode = table_mode(motion->state);
-    if (mode < 0 || !table_at(t, mode)->usable) return 0;
-    lane->motion = *motion;
-    lane->mode = mode;
-    lane->failed = 0;
-    for (int i = 0; i < MODEL_NX; i++)
-        lane->z[i] = pool_flushed(motion->x[i] - t->mode[mode].shift[i]);
-    return 1;
-}
-
-void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
-{
-    Lane *lane = &pool->lanes[slot];
-    const LaneTable *t = &pool->tables[slot];
-    if (!done) {
-        motion->decided = 0;
-        return;
-    }
-    double *z = lane->z;
-    const LaneMode *mode = &t->mode[lane->mode];
-    if (mode->held_count > 0) {
-        memcpy(z + MODEL_NX, t->phasor[lane_point(t->steps)], 2 * LANES_HARMONICS * sizeof *z);
-        held_settle(t, mode, z);
-    }
-    *motion = lane->motion;
-    for (int i = 0; i < MODEL_NX; i++)
-        motion->x[i] = z[i] + mode->shift[i];
-    for (int c = 0; c < MODEL_NC; c++)
-        motion->since[c] -= t->period;
-    motion->decided = 1;
 }
 
 int lane_loses(const LaneMotion *from, const LaneMotion *to)

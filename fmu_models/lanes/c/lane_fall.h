@@ -38,12 +38,10 @@ static INLINE M NAME(impacts)(NAME(Batch) * b, M fell, V guard, int64_t directio
             b->z[i] = NAME(pick)(hit, moved, b->z[i]);
         }
         NAME(strike)(b, hit, g, NAME(fill)(1.0) + e, push, directions);
-        for (int l = 0; l < LANES_W; l++) {
-            if (hit[l]) {
-                LaneMotion *motion = &b->lane[l]->motion;
-                motion->memory[c] = fastest[l];
-                motion->began[c]++;
-            }
+        WHERE (hit) {
+            LaneMotion *motion = &b->lane[l]->motion;
+            motion->memory[c] = fastest[l];
+            motion->began[c]++;
         }
         for (int other = 0; other < LANES_GUARDS; other++)
             b->known[other] = NAME(choose)(hit, NAME(none)() + (other == g), b->known[other]);
@@ -79,13 +77,11 @@ static INLINE M NAME(switches)(NAME(Batch) * b, M fell, V guard)
         const int c = lanes_guard_contact[g];
         if (!lanes_surface[c] || lanes_sticks[c]) continue;
         const M hit = fell & free & (guard == NAME(fill)((double)g)) & (-rate[g] > NAME(fill)(LANES_ALONG) * size[g]);
-        for (int l = 0; l < LANES_W; l++) {
-            if (hit[l]) {
-                signed char *state = &b->lane[l]->motion.state[c];
-                *state = *state == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
-                b->lane[l]->mode = b->mode[l]->crossed[c];
-                b->mode[l] = table_at(b->table[l], b->lane[l]->mode);
-            }
+        WHERE (hit) {
+            signed char *state = &b->lane[l]->motion.state[c];
+            *state = *state == CONTACT_SLIP_PLUS ? CONTACT_SLIP_MINUS : CONTACT_SLIP_PLUS;
+            b->lane[l]->mode = b->mode[l]->with[c][*state == CONTACT_SLIP_MINUS];
+            b->mode[l] = table_at(b->table[l], b->lane[l]->mode);
         }
         for (int other = 0; other < LANES_GUARDS; other++)
             b->known[other] = NAME(choose)(hit, NAME(none)() + (other == g), b->known[other]);
@@ -142,8 +138,7 @@ static __attribute__((noinline)) void NAME(event)(Pool *pool, NAME(Batch) * b, M
     if (pool->directions > 0) NAME(leave)(b, fell & ~special, pool->directions);
     /* these go on at once */
     const M on = some & ~undecided & ~special & ~stopped & (b->left > NAME(fill)(0.0));
-    for (int l = 0; l < b->count; l++) {
-        if (!some[l] || on[l]) continue;
+    WHERE (some & ~on) {
         b->lane[l]->rounds++;
         b->lane[l]->failed |= undecided[l] != 0;
         if (special[l]) NAME(happen)(pool, b, l, (int)guard[l]);

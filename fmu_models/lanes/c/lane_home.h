@@ -103,8 +103,7 @@ static INLINE void NAME(go_alone)(Pool *pool, int64_t slot, int k)
 static __attribute__((noinline)) void NAME(from_group)(Pool *pool, int64_t group, M stopped, int at)
 {
     NAME(Group) *g = NAME(group)(pool, group * LANES_W);
-    for (int l = 0; l < LANES_W; l++) {
-        if (!stopped[l]) continue;
+    WHERE (stopped) {
         const int64_t slot = group * LANES_W + l;
         Lane *lane = &pool->lanes[slot];
         for (int i = 0; i < MODEL_NX; i++)

@@ -299,7 +299,7 @@ static int is_on_grid(const LaneTable *t, const LaneMode *m)
     return t->made[mode] && t->mode[mode].home >= 0;
 }
 
-static void mode_make(LaneTable *t, int mode)
+void mode_make(LaneTable *t, int mode)
 {
     LaneMode *m = &t->mode[mode];
     Full *f = &m->full;
@@ -333,10 +333,12 @@ static void mode_make(LaneTable *t, int mode)
     m->home = -1;
     m->plain = is_plain(m);
     for (int c = 0; c < MODEL_NC; c++) {
-        signed char other[NC];
+        signed char other[NC], friction;
         memcpy(other, m->state, sizeof other);
-        other[c] = (signed char)(lanes_surface[c] ? -other[c] : other[c]);
-        m->crossed[c] = table_mode(other);
+        for (int digit = 0; digit < 3 && digit < lanes_digits[c]; digit++) {
+            other[c] = state_of(c, digit, &friction);
+            m->with[c][digit] = table_mode(other);
+        }
     }
     m->on_grid = is_on_grid(t, m);
     if (!m->on_grid) stride_make(t, f, m);
@@ -345,13 +347,5 @@ static void mode_make(LaneTable *t, int mode)
         for (int i = 0; i < MODEL_NX; i++)
             m->tail[g][i] /= 24.0;
     }
-}
-
-LaneMode *table_at(LaneTable *t, int mode)
-{
-    if (!t->made[mode]) {
-        mode_make(t, mode);
-        t->made[mode] = 1;
-    }
-    return &t->mode[mode];
+    t->made[mode] = 1;
 }

@@ -55,9 +55,8 @@ static INLINE M NAME(stops)(NAME(Batch) * b, M some, V guard)
     NAME(guard_line)(b, b->z, value, rate);
     for (int i = 0; i < MODEL_NX; i++)
         EACH(from[i], b->mode[l]->shift[i])
-    for (int l = 0; l < LANES_W; l++) {
+    WHERE (hit) {
         Lane *lane = b->lane[l];
-        if (!hit[l]) continue;
         const int g = (int)guard[l];
         const int n = lanes_guard_slot[g] == GUARD_TANGENTIAL ? g - 1 : g;
         const int away = lane->motion.state[lanes_guard_contact[g]] == CONTACT_AWAY;

@@ -97,8 +97,7 @@ static __attribute__((noinline)) void NAME(stride)(Pool *pool, NAME(Batch) * b, 
         going &= (b->left >= h) & (steps < most);
     }
     b->wants = NAME(choose)(open, NAME(none)() + QUEUE_EVENT, b->wants);
-    for (int l = 0; l < b->count; l++) {
-        if (!some[l]) continue;
+    WHERE (some) {
         b->lane[l]->rounds += (int)steps[l];
         if (!open[l] || b->lane[l]->rounds > LANES_ROUNDS) NAME(pass_on)(pool, b, l);
     }

@@ -58,7 +58,7 @@ typedef struct {
     int usable;      /* its held contacts have forces, which the motion says */
     int home;        /* which home step is its own; -1: none */
     int on_grid;     /* its flow is that of a home mode */
-    int crossed[NC]; /* the mode on the other side of a switch */
+    int with[NC][3]; /* modes with other states of one contact, as digits have them (lane_modes.c) */
     int plain;       /* an impact of a smooth wall changes nothing but velocities */
     int held_count;  /* contacts that forces hold */
     int walled;      /* its origin lies on the wall of a stop */

@@ -13,6 +13,9 @@ typedef int64_t NAME(M) __attribute__((vector_size(8 * LANES_W)));
         }                                                                                                              \
         (vector) = each_;                                                                                              \
     }
+/* a statement for every lane l of a mask: those beside it cost no branch */
+#define WHERE(mask)                                                                                                    \
+    for (int l = 0, left_ = NAME(bits)(mask); left_ && (l = __builtin_ctz((unsigned)left_), 1); left_ &= left_ - 1)
 /* lane l of a vector in memory */
 #define AT(v, l) (((NAME(Number) *)(void *)&(v))[l])
 
@@ -37,6 +40,21 @@ static INLINE int NAME(any)(M m)
     for (int l = 0; l < LANES_W; l++)
         bits |= m[l];
     return bits != 0;
+}
+
+/* a bit for each lane of a mask */
+static INLINE int NAME(bits)(M m)
+{
+#if LANES_X86 && LANES_W == 8
+    return (unsigned char)__builtin_ia32_cvtq2mask512((__attribute__((vector_size(64))) long long)m);
+#elif LANES_X86 && LANES_W == 4
+    return __builtin_ia32_movmskpd256((V)m);
+#else
+    int bits = 0;
+    for (int l = 0; l < LANES_W; l++)
+        bits |= (int)m[l] & 1 << l;
+    return bits;
+#endif
 }
 
 static INLINE M NAME(none)(void) { return (M){0}; }

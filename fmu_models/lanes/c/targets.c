@@ -95,6 +95,7 @@ static void open_pool(void *room, int64_t motions, int64_t width, int64_t group)
         pool->tables[i].usable = 0;
         pool->tables[i].steps = 0;
         pool->lanes[i].settled = 0;
+        pool->lanes[i].failed = 1; /* it is in no mode */
     }
 }
 

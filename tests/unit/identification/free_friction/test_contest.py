@@ -16,6 +16,7 @@ from identification.disturbances.term import DAMPING, DRIVE, FRICTION, SPRING
 from identification.disturbances.terms import terms_of
 from identification.estimators.shooting import slip_shooting
 from identification.estimators.shooting_segments import ShootingProblem
+from identification.fit.causes import causes_of
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.free_friction.contest import contest
@@ -73,11 +74,20 @@ def test_a_disturbance_that_is_known_is_named_and_the_law_holds(name: str) -> No
     assert fit.free is not None and fit.free.explains
 
 
+KNOWN: list[dict[str, Any]] = [{}, {"creep": 0.02, "creep_deviation": 0.003}, {"creep_deviation": 0.0}]
+
+
 def on_motor(seed: int, **belt: Any) -> list[RigLog]:
     """The disc turns by two per cent less than an encoder shows that turns twice as often."""
     made = logs(seed, Faults(drive=lambda turned: 0.02 * turned))
     encoder = EncoderCalibration(500, ratio=2.0, **belt)
     return [replace(log, calibration=replace(log.calibration, drive0=encoder)) if log.contacts else log for log in made]
+
+
+def test_creep_that_too_few_speeds_tell_is_said() -> None:
+    said = [any("do not tell creep" in one for one in pool(on_motor(4, **belt)).warnings) for belt in KNOWN]
+    assert said == [True, False, False]
+    assert not any("do not tell creep" in one for one in pool(logs(4)).warnings)
 
 
 def test_a_gear_does_not_creep() -> None:
@@ -106,6 +116,18 @@ def test_settling_friction_is_named_and_its_mean_is_the_law() -> None:
     mean = 1 - 0.03 * (1 - np.exp(-1))
     errors = (fit.law_values - TRUTH * [mean, mean, 1]) / [q.total_deviation for q in fit.parameters]
     assert np.all(np.abs(errors) < 3)
+
+
+@pytest.mark.nightly
+def test_wear_that_settling_friction_would_be_too_is_named_beside_it() -> None:
+    """What is assumed of their sizes alone prefers one, and the other is right."""
+    ready = pool(logs(5, factor=lambda time, angle, log, turned: 1 + 5e-4 * time))
+    verdict = contest(ready, *slip_shooting(ready))
+    assert verdict is not None
+    (cause,) = causes_of(verdict, ready)
+    assert {cause.name, *cause.alike} == {"wear", "warm-up"}
+    assert cause.sentence.startswith(f"{cause.name} or {cause.alike[0]}: ")
+    assert "These logs do not tell which; this would: " in cause.sentence
 
 
 @pytest.mark.nightly_for("6")

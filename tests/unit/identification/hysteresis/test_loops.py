@@ -108,13 +108,22 @@ def test_a_load_that_is_none_is_said_and_left_out(tmp_path, loop) -> None:
     [
         ({"x": np.arange(30.0), "y": np.arange(30.0)}, "no column is known as the force; there are x, y"),
         ({"x": np.ones(30), "force": np.arange(30.0)}, "its way never changes"),
+        ({"x": np.arange(30.0), "force": np.arange(30.0)}, "its way goes over 29 m; .* such as --unit way=mm"),
         ({"x": np.arange(5.0), "force": np.arange(5.0)}, "5 rows hold numbers"),
-        ({"time": np.zeros(30), "x": np.arange(30.0) % 7, "force": np.arange(30.0) % 7}, "run back or stand still"),
+        ({"time": np.zeros(30), "x": np.arange(30.0) % 3, "force": np.arange(30.0) % 7}, "run back or stand still"),
     ],
 )
 def test_what_is_no_loop_is_said(tmp_path, columns, said) -> None:
     with pytest.raises(StickslipError, match=said):
         read_loop(written(tmp_path / "bad.csv", columns))
+
+
+def test_what_a_log_does_not_tell_is_said_once_in_the_notes_of_its_law() -> None:
+    """One amplitude does not tell the knees of four sliders; pytest makes an error of a warning."""
+    way = 0.2 * np.sin(np.linspace(0.0, 12 * np.pi, 1200))
+    fit = identify_hysteresis(LoopLog("one", way, of_dahl(way, 30.0, 1.0)), laws=["MaxwellSlip-2"])
+    notes = [note for law in fit.laws for note in law.notes]
+    assert len(set(notes)) == len(notes)
 
 
 def test_few_samples_a_cycle_are_told(tmp_path) -> None:

@@ -60,7 +60,7 @@ def test_a_saved_law_follows_another_log(results: Path) -> None:
 def test_the_page_holds_sliders_and_cycles_beside_the_law(results: Path) -> None:
     run("report", results / "fit.json", results / "one.csv", "-o", results / "page.html")
     text = (results / "page.html").read_text("utf-8")
-    assert "Sliders, cycles and laws" in text and "sliding force" in text
+    assert "Sliders, cycles and laws" in text and "its sliding force" in text and "energy a cycle" in text
     assert "law=MaxwellSlip(k=[" in text
 
 

@@ -11,7 +11,14 @@ from made_fit import MATERIALS, RIG, made_fit
 
 from identification.fitted_model.model import FittedModel, arrangement_of, fitted_model, fmu_parameters, rig_constants
 from identification.model_check import bifurcations
-from identification.model_check.bifurcations import Transition, extrapolated, hopf_speed, transitions
+from identification.model_check.bifurcations import (
+    MeasuredBifurcation,
+    Transition,
+    extrapolated,
+    hopf_speed,
+    transitions,
+)
+from identification.model_check.families import agreement
 from identification.model_check.portraits import Portrait, Rest
 from identification.model_check.processing import Processing
 
@@ -172,3 +179,25 @@ def test_parameters_of_the_fmu_from_a_fit() -> None:
     coulomb = replace(one, law="Coulomb", parameters=(replace(one.parameters[0], name="mu", value=0.4),))
     found = fmu_parameters(coulomb)
     assert found["mu0"] == 0.4 and "mu_s0" not in found
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "estimate", "deviation", "predicted", "told"),
+    [
+        (0.8, 1.0, None, None, 0.02, True),
+        (0.8, 1.0, None, None, 3.6, None),  # a prediction of 0.9 +- 7 rad/s agrees with all
+        (0.2, 2.0, None, None, 0.02, None),
+        (0.8, np.inf, None, None, 0.02, None),
+        (0.8, np.inf, 0.95, 0.05, 0.02, True),
+        (0.8, 1.0, 0.95, 0.3, 0.02, True),  # the bracket tells what the estimate does not
+        (0.2, 2.0, 0.95, 0.3, 0.02, None),
+        (0.2, 2.0, 1.8, 0.3, 0.02, False),  # apart by more than is open
+        (1.2, 2.0, None, None, 0.02, False),
+    ],
+)
+def test_what_is_known_too_vaguely_does_not_agree(
+    low: float, high: float, estimate: float | None, deviation: float | None, predicted: float, told: bool | None
+) -> None:
+    seen = MeasuredBifurcation("disc0", low, high, ("disc0",), (), estimate, deviation)
+    model = Transition("disc0", 0.9, ("disc0",), (), predicted, 0.0)
+    assert agreement(seen, model, None, None) is told

@@ -36,7 +36,7 @@ def portrait(scale: float = 1.0, discs: int = 1) -> Portrait:
         f"disc{i}": Stick(0.2, np.roll(strip, 100 * i), np.array([0.04]), True, np.roll(strip, 100 * i))
         for i in range(discs)
     }
-    return Portrait(0.1 * scale * np.cos(TURN), 0.5 * np.sin(TURN), 1.0, 0.0, 0.1 * scale, sticks, 9)
+    return Portrait(0.1 * scale * np.cos(TURN), 0.5 * np.sin(TURN), 1.0, 0.1 * scale, sticks, 9)
 
 
 def member(name: str, speed: float, model: Portrait | Rest | None = None, discs: int = 1) -> PortraitComparison:
@@ -109,6 +109,9 @@ def test_tables_and_sentences_show_values_verdicts_and_what_a_pass_means() -> No
     )
     assert told[0].endswith("They agree.") and told[1].endswith("They do not agree.")
     assert "which stick up to 1 rad/s" in told[1]
+    vague = replace(family().bifurcations[0], passed=None)
+    (open_,) = bifurcation_sentences(replace(family(), bifurcations=(vague,), hopf=None))
+    assert open_.endswith("They are not told apart: too little is known of them.")
     json.dumps(family().to_dict(), allow_nan=False)
 
 

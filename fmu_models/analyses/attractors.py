@@ -79,31 +79,32 @@ def claimed(system: SectionSystem, rows: RunRows, varied: Varied | None = None, 
     # a motion that comes in from alternate sides looks twice as long as it is: the shorter one is tried first
     shorter = _shorter(system, rows, periods)
     for tried in (shorter, np.where(shorter < periods, periods, 0)):
-        for period in np.unique(tried[(tried > 0) & (tried <= rows.points.shape[1]) & (least == 0)]):
-            indices = np.flatnonzero((tried == period) & (least == 0))
-            for cycles, numbers in _solved(system, rows, varied, indices, int(period)):
-                groups.append((cycles, numbers))
-                least[numbers] = period
+        possible = (tried > 0) & (tried <= rows.points.shape[1]) & (least == 0)
+        indices = [np.flatnonzero(possible & (tried == period)) for period in np.unique(tried[possible])]
+        for cycles, numbers in _solved(system, rows, varied, indices, [int(tried[these[0]]) for these in indices]):
+            groups.append((cycles, numbers))
+            least[numbers] = cycles.period
     return Claims(groups, least)
 
 
 def _solved(
-    system: SectionSystem, rows: RunRows, varied: Varied, indices: Integers, period: int
+    system: SectionSystem, rows: RunRows, varied: Varied, groups: Sequence[Integers], periods: Sequence[int]
 ) -> Iterator[tuple[Cycles, Integers]]:
-    """The stable motions of a period near the last points of some runs, and the numbers of these."""
-    guesses = _last(rows, indices, period)
-    cycles, numbers = corrected_cycles(system, guesses, {name: v[indices] for name, v in varied.items()})
-    theirs = _theirs(system, cycles, guesses[numbers])
-    yield cycles.only(theirs), indices[numbers[theirs]]
-    # what only looks alike needs all of Newton's method
-    unsolved = np.setdiff1d(np.flatnonzero(rows.periods[indices] == 0), numbers[theirs])
-    if unsolved.size:
-        values = {name: v[indices[unsolved]] for name, v in varied.items()}
-        solved, guessed = solved_cycles(system, guesses[unsolved], values, within=1.0)
-        cycles, numbers = cycles_at(system, solved, {name: v[guessed] for name, v in values.items()})
-        repeated = unsolved[guessed[numbers]]
-        theirs = _theirs(system, cycles, guesses[repeated])
-        yield cycles.only(theirs), indices[repeated[theirs]]
+    """The stable motions of some periods near the last points of a group of runs for each, and the numbers of these."""
+    last = [_last(rows, indices, period) for indices, period in zip(groups, periods, strict=True)]
+    corrected = corrected_cycles(system, last, [{name: v[i] for name, v in varied.items()} for i in groups])
+    for indices, guesses, (cycles, numbers) in zip(groups, last, corrected, strict=True):
+        theirs = _theirs(system, cycles, guesses[numbers])
+        yield cycles.only(theirs), indices[numbers[theirs]]
+        # what only looks alike needs all of Newton's method
+        unsolved = np.setdiff1d(np.flatnonzero(rows.periods[indices] == 0), numbers[theirs])
+        if unsolved.size:
+            values = {name: v[indices[unsolved]] for name, v in varied.items()}
+            solved, guessed = solved_cycles(system, guesses[unsolved], values, within=1.0)
+            cycles, numbers = cycles_at(system, solved, {name: v[guessed] for name, v in values.items()})
+            repeated = unsolved[guessed[numbers]]
+            theirs = _theirs(system, cycles, guesses[repeated])
+            yield cycles.only(theirs), indices[repeated[theirs]]
 
 
 def _last(rows: RunRows, indices: Integers, period: int) -> Vector:

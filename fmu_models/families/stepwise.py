@@ -44,6 +44,12 @@ class Step:
         """A step of what has no contacts."""
         return cls(points, derivatives, times, np.zeros((len(points), 0), np.int32), np.zeros((len(points), 0)), why)
 
+    def part(self, begin: int, end: int) -> Self:
+        """That of the points from ``begin`` up to ``end``."""
+        points, derivatives, times = (a[begin:end] for a in (self.points, self.derivatives, self.times))
+        why = {i - begin: text for i, text in self.why.items() if begin <= i < end}
+        return type(self)(points, derivatives, times, self.began[begin:end], self.held[begin:end], why)
+
 
 class Stepping(Protocol):
     """What a family needs of a system; see ``section_system``."""

@@ -11,6 +11,7 @@ others.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -162,40 +163,56 @@ def _through(system: SectionSystem, cycles: Vector, step: Step, sound: Flags) ->
     return Cycles(points, eigenvalues, *sums, np.abs(miss).max(axis=(1, 2)))
 
 
+def _stepped(
+    system: SectionSystem, groups: Sequence[Vector], varied: Sequence[Varied], *, derivative: bool = True
+) -> list[tuple[Step, Flags]]:
+    """For each group of cycles (m, period, n), at values (m,) of parameters, one step from all points, and whether each
+    arrives (m,). All are made by one call."""
+    pairs = list(zip(groups, varied, strict=True))
+    values = {name: np.concatenate([np.repeat(at[name], g.shape[1]) for g, at in pairs]) for name in varied[0]}
+    points = [group.reshape(-1, group.shape[2]) for group in groups]
+    whole, begin = system.step(np.concatenate(points), values, derivative=derivative), 0
+    steps: list[tuple[Step, Flags]] = []
+    for group, flat in zip(groups, points, strict=True):
+        step, sound = whole.part(begin, begin + len(flat)), np.ones(len(group), bool)
+        sound[[i // group.shape[1] for i in step.why]] = False
+        steps.append((step, sound))
+        begin += len(flat)
+    return steps
+
+
 def cycles_at(system: SectionSystem, cycles: Vector, varied: Varied | None = None) -> tuple[Cycles, Integers]:
     """The motions through cycles (m, period, n) at values (m,) of parameters, without those from which a step has no
     derivative, and their numbers (k,)."""
-    m, period, n = cycles.shape
-    step = system.step(cycles.reshape(-1, n), {name: np.repeat(v, period) for name, v in (varied or {}).items()})
-    sound = _sound(m, period, step)
+    ((step, sound),) = _stepped(system, [cycles], [varied or {}])
     return _through(system, cycles, step, sound), np.flatnonzero(sound)
 
 
-def _sound(m: int, period: int, step: Step) -> Flags:
-    """(m,) cycles from all of whose points a step arrives."""
-    sound = np.ones(m, bool)
-    sound[[i // period for i in step.why]] = False
-    return sound
-
-
-def corrected_cycles(system: SectionSystem, guesses: Vector, varied: Varied | None = None) -> tuple[Cycles, Integers]:
-    """The motions one step of Newton's method from cycles (m, period, n) that are nearly solved, without those of which
-    a step has no derivative, and their numbers (k,). Their eigenvalues are those at the guess."""
-    m, period, n = guesses.shape
-    values = {name: np.repeat(v, period) for name, v in (varied or {}).items()}
-    step = system.step(guesses.reshape(-1, n), values)
-    sound = _sound(m, period, step)
-    miss = system.difference(step.points.reshape(guesses.shape) - np.roll(guesses, -1, axis=1))
-    matrix = _cycle_matrix(step.derivatives.reshape(m, period, n, n))
-    matrix[~sound], miss[~sound] = np.eye(period * n), 0.0
-    try:
-        moved = np.linalg.solve(matrix, miss.reshape(m, -1, 1)).reshape(guesses.shape)
-    except np.linalg.LinAlgError:  # one of them lies on a continuum of motions: the least move
-        moved = (np.linalg.pinv(matrix) @ miss.reshape(m, -1, 1)).reshape(guesses.shape)
-    cycles = system.wrapped(guesses - moved)
-    after = system.step(cycles.reshape(-1, n), values, derivative=False)
-    sound &= _sound(m, period, after)
-    return _through(system, cycles, replace(after, derivatives=step.derivatives), sound), np.flatnonzero(sound)
+def corrected_cycles(
+    system: SectionSystem, groups: Sequence[Vector], varied: Sequence[Varied]
+) -> list[tuple[Cycles, Integers]]:
+    """The motions one step of Newton's method from cycles that are nearly solved, of each group (m, period, n), without
+    those of which a step has no derivative, and their numbers (k,). Eigenvalues are those at the guess."""
+    if not groups:
+        return []
+    before, cycles = _stepped(system, groups, varied), []
+    for guesses, (step, sound) in zip(groups, before, strict=True):
+        m, period, n = guesses.shape
+        miss = system.difference(step.points.reshape(guesses.shape) - np.roll(guesses, -1, axis=1))
+        matrix = _cycle_matrix(step.derivatives.reshape(m, period, n, n))
+        matrix[~sound], miss[~sound] = np.eye(period * n), 0.0
+        try:
+            moved = np.linalg.solve(matrix, miss.reshape(m, -1, 1)).reshape(guesses.shape)
+        except np.linalg.LinAlgError:  # one of them lies on a continuum of motions: the least move
+            moved = (np.linalg.pinv(matrix) @ miss.reshape(m, -1, 1)).reshape(guesses.shape)
+        cycles.append(system.wrapped(guesses - moved))
+    found = []
+    after = _stepped(system, cycles, varied, derivative=False)
+    for points, (step, sound), (arrived, still) in zip(cycles, before, after, strict=True):
+        sound &= still
+        motions = _through(system, points, replace(arrived, derivatives=step.derivatives), sound)
+        found.append((motions, np.flatnonzero(sound)))
+    return found
 
 
 def _cycle_matrix(derivatives: Vector) -> Vector:

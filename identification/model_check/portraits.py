@@ -48,15 +48,14 @@ class Stick(Shown):
 
 @dataclass(frozen=True, eq=False)
 class Portrait(Shown, Recorded):
-    """A mean cycle. angle: (PHASES,) rad; speed: (PHASES,) rad/s; period s and its deviation from cycle to cycle;
-    amplitude: rad, half range; sticks: by contact; cycles averaged."""
+    """A mean cycle. angle: (PHASES,) rad; speed: (PHASES,) rad/s; period: s; amplitude: rad, half range; sticks: by
+    contact; cycles averaged."""
 
     RECORD = ("motion=words", "period", "amplitude", "stick_fraction", "sequence", "cycles")
 
     angle: np.ndarray
     speed: np.ndarray
     period: float
-    period_deviation: float
     amplitude: float
     sticks: Mapping[str, Stick]
     cycles: int
@@ -222,7 +221,7 @@ def polygon_area(curve: np.ndarray) -> float:
     return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
-def symmetric_difference(first: np.ndarray, second: np.ndarray, scanlines: int = SCANLINES) -> float:
+def symmetric_difference(first: np.ndarray, second: np.ndarray) -> float:
     """Area that lies inside one of two closed curves (n, 2), (m, 2) and not inside the other.
 
     Along a vertical line, all crossings of either curve sorted by height enclose the difference between the first and
@@ -230,11 +229,11 @@ def symmetric_difference(first: np.ndarray, second: np.ndarray, scanlines: int =
     """
     points = np.concatenate([first, second])
     low, high = points[:, 0].min(), points[:, 0].max()
-    width = (high - low) / scanlines
+    width = (high - low) / SCANLINES
     area = 0.0
     edges = np.concatenate([np.stack([curve, np.roll(curve, -1, axis=0)], axis=1) for curve in (first, second)])
     left, right = edges[:, :, 0].min(axis=1), edges[:, :, 0].max(axis=1)
-    for x in low + width * (np.arange(scanlines) + 0.5):
+    for x in low + width * (np.arange(SCANLINES) + 0.5):
         start, end = edges[(left <= x) & (x < right)].transpose(1, 0, 2)
         height = start[:, 1] + (x - start[:, 0]) / (end[:, 0] - start[:, 0]) * (end[:, 1] - start[:, 1])
         height.sort()

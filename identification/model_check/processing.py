@@ -132,7 +132,6 @@ class Processing:
             mean_angle,
             np.interp(phase, time, speed).mean(axis=0),
             float(np.mean(periods)),
-            float(np.std(periods, ddof=1)),
             float(np.ptp(mean_angle)) / 2,
             sticks,
             len(periods),

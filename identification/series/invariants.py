@@ -20,6 +20,7 @@ DECADE = 0.5  # of radii, over which the slope of the correlation sum is read, a
 ANGLES, LENGTH, FEWEST = 100, 3000, 50  # of the 0-1 test: angles, values at most and at least
 DAMPED = 2.5  # its weight of the damping term
 SURROGATES = 19  # one-sided, 5 %
+ROUNDS = 60  # in which a surrogate comes to both the spectrum and the values
 PREDICTED = 2048  # samples of a surrogate
 RECURRENCE = 1200  # points of a plot
 RATE = 0.05  # of recurrences, which sets the radius
@@ -87,11 +88,11 @@ def zero_one_test(x: np.ndarray, every: int, *, seed: int = 0) -> tuple[float, f
     return float(middle), float(high - low) / 2
 
 
-def surrogate(x: np.ndarray, random: np.random.Generator, rounds: int = 60) -> np.ndarray:
+def surrogate(x: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """A series with the spectrum and the values of another one, and nothing else of it."""
     ordered, amplitudes = np.sort(x), np.abs(np.fft.rfft(x))
     made = random.permutation(x)
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         phases = np.exp(1j * np.angle(np.fft.rfft(made)))
         made = ordered[np.argsort(np.argsort(np.fft.irfft(amplitudes * phases, len(x)), kind="stable"), kind="stable")]
     return made

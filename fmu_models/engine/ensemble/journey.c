@@ -116,11 +116,30 @@ void journey_make_tangents(const Job *job)
         tangents_along(e->room, k, ALONG_STATE, e->along[k] < MODEL_NX ? (int)e->along[k] : 0);
 }
 
-static Outcome journey_tangents(Job *job)
+/* whether the choice of contact states has moved the start of the run, and what lies beside it */
+static int journey_moved(const Run *r)
+{
+    int moved = r->impact_phases > 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        moved |= r->entered[c] || r->jumped[c] || r->projected[c];
+    return moved;
+}
+
+/* start: where the run was before the choice of contact states. In lanes differences that this has left alone need no
+   series yet, and mostly never will */
+static Outcome journey_tangents(Job *job, const Point *start)
 {
     Ensemble *e = job->e;
-    if (!MODEL_IS_MAP) tangents_choose(&job->m->core.run, e->room);
-    journey_unit(job, !MODEL_IS_MAP, job->directions);
+    Run *r = &job->m->core.run;
+    const int repeated = !MODEL_IS_MAP && (!job->in_lanes || journey_moved(r));
+    if (repeated) {
+        const Point chosen = r->at;
+        r->at = *start;
+        journey_make_tangents(job);
+        r->at = chosen;
+        tangents_choose(r, e->room);
+    }
+    journey_unit(job, repeated, job->directions);
     if (e->flow && journey_flow(job) == RUN_ERROR) return OUTCOME_BROKEN;
     return OUTCOME_FINISHED;
 }
@@ -189,7 +208,7 @@ static Outcome journey_place(Job *job, int64_t i)
     job->length = EXTENDED;
     for (int k = 0; k < EXTENDED; k++)
         job->grown[k] = 1.0;
-    journey_make_tangents(job);
+    const Point start_point = r->at;
     if (run_initialize(r) == RUN_ERROR) return OUTCOME_BROKEN;
     /* one step says nothing of the next, unless by its derivative */
     const int repeats = e->kind == SECTION_STROBE && (e->jacobians || e->transient + e->n_rows * e->batch > 1);
@@ -197,7 +216,7 @@ static Outcome journey_place(Job *job, int64_t i)
     m->core.phase = PHASE_STEP;
     m->core.settled = 1;
     section_step_start(r, &job->walk);
-    return e->n_directions > 0 ? journey_tangents(job) : OUTCOME_FINISHED;
+    return e->n_directions > 0 ? journey_tangents(job, &start_point) : OUTCOME_FINISHED;
 }
 
 static void journey_begin_row(Job *job)

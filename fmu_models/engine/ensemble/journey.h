@@ -11,6 +11,7 @@ typedef struct {
     Walk walk;
     Arrival arrival;
     int64_t run;
+    int in_lanes;         /* by steps that need no series of tangents */
     int64_t wanted, left; /* rows; steps that are not recorded */
     int64_t batched;      /* steps in the present row */
     double waited;        /* time in it */

@@ -37,9 +37,10 @@ typedef struct {
     /* the same of the events that lanes have left to the engine in the present period */
     Kept met[LANE_RUNS_TOGETHER];
     int asked[LANE_RUNS_TOGETHER];
-    int64_t loaded; /* the run whose numbers the instance has; -1: none */
-    int64_t begun;  /* chains of runs */
-    int64_t width;  /* of the stepper, whose differences and their growth these are */
+    int64_t loaded;    /* the run whose numbers the instance has; -1: none */
+    int64_t series_of; /* and that whose constants the series of tangents have */
+    int64_t begun;     /* chains of runs */
+    int64_t width;     /* of the stepper, whose differences and their growth these are */
     double *tangents, *growth;
 } Together;
 
@@ -108,7 +109,6 @@ static RunStatus give(Together *t, int64_t slot, const LaneMotion *motion, doubl
         job->m->core.settled = 1;
         t->loaded = job->run;
         run_parameters_changed(r);
-        journey_make_tangents(job);
     }
     run_touched(r);
     r->at.time = time;
@@ -157,12 +157,20 @@ static void take_tangents(Together *t, int slot)
             job->directions[k][i] = column[(k * MODEL_NX + i) * t->width];
 }
 
+/* series of tangents of the run whose numbers the instance has */
+static void prepare_series(Together *t, const Job *job)
+{
+    if (t->series_of != job->run) journey_make_tangents(job);
+    t->series_of = job->run;
+}
+
 /* one period by series, of a motion that lanes have not decided */
 static Outcome step_by_series(Together *t, int slot)
 {
     Job *job = &t->job[slot];
     if (give(t, slot, &t->motion[slot], 0.0, t->series[slot] ? &t->kept[slot] : NULL) == RUN_ERROR)
         return OUTCOME_BROKEN;
+    prepare_series(t, job);
     take_tangents(t, slot);
     const Outcome outcome = series_step(job);
     give_tangents(t, slot);
@@ -269,15 +277,18 @@ static int next_run(Together *t, int slot, Instance *m, Ensemble *e, double *mem
     for (int64_t i = run_after(t, e, job->run); i < e->n_runs; i = run_after(t, e, i)) {
         job->m = m;
         job->e = e;
+        job->in_lanes = 1;
         if (e->in_lanes) e->in_lanes[i] = 0;
         t->loaded = i;
         Outcome outcome = journey_start(job, i, memory);
+        t->series_of = -1; /* it may have used their room */
         int steady = MODEL_NS == 0;
         for (int k = 0; k < MODEL_NU; k++)
             steady &= r->at.du[k] == 0.0;
         if (outcome == OUTCOME_FINISHED) outcome = bounded(e, r->at.x);
         steady &= e->starts[i] == 0.0;
         if (outcome == OUTCOME_FINISHED && (!steady || !s->place(room, slot, r->at.p, r->at.u, e->periods[i]))) {
+            prepare_series(t, job);
             outcome = series_run(job);
         } else if (outcome == OUTCOME_FINISHED) {
             job->length = MODEL_NX;

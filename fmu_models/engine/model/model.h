@@ -30,6 +30,14 @@
 
 #include "../model_sizes.h" /* generated: MODEL_NQ ... below, and MODEL_NAME, MODEL_TOKEN */
 
+/* a function that runs of small models seldom reach, left as it stands where their core is built (fmu/c/core.c); of
+   many contacts, and at impacts, all that selects states is reached often */
+#if defined(STICKSLIP_CORE) && MODEL_NC <= 2 && !MODEL_IMPACTS
+#define RARE __attribute__((noinline, optnone))
+#else
+#define RARE
+#endif
+
 /*
  * MODEL_NQ   coordinates                  MODEL_NV   velocities, or all states of a system without a body
  * MODEL_NZ   internal states of laws      MODEL_NI   event indicators

@@ -30,7 +30,7 @@ RESOLVED = 1e-10
 ROUNDING = 64 * 2.0**-53
 
 
-def stretches(trajectory: Trajectory, most: int = MOST) -> list[tuple[float, float]]:
+def stretches(trajectory: Trajectory) -> list[tuple[float, float]]:
     """Ends of stretches without event, evenly chosen of all; those too short for the digits of time are left out."""
     times = trajectory.time
     ends = [times[0], *sorted({event.time for event in trajectory.events}), times[-1]]
@@ -39,7 +39,7 @@ def stretches(trajectory: Trajectory, most: int = MOST) -> list[tuple[float, flo
         off = leeway(trajectory, b)
         if b - a > 2.0**20 * off:
             intervals.append((a + off, b - off))
-    chosen = np.unique(np.linspace(0, len(intervals) - 1, min(most, len(intervals))).astype(int)) if intervals else []
+    chosen = np.unique(np.linspace(0, len(intervals) - 1, min(MOST, len(intervals))).astype(int)) if intervals else []
     return [intervals[i] for i in chosen]
 
 

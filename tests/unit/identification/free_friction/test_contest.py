@@ -16,6 +16,7 @@ from identification.disturbances.term import DAMPING, DRIVE, FRICTION, SPRING
 from identification.disturbances.terms import terms_of
 from identification.estimators.shooting import slip_shooting
 from identification.estimators.shooting_segments import ShootingProblem
+from identification.fit.causes import causes_of
 from identification.fit.fit import fit_friction
 from identification.fit.result import FrictionFit
 from identification.free_friction.contest import contest
@@ -115,6 +116,18 @@ def test_settling_friction_is_named_and_its_mean_is_the_law() -> None:
     mean = 1 - 0.03 * (1 - np.exp(-1))
     errors = (fit.law_values - TRUTH * [mean, mean, 1]) / [q.total_deviation for q in fit.parameters]
     assert np.all(np.abs(errors) < 3)
+
+
+@pytest.mark.nightly
+def test_wear_that_settling_friction_would_be_too_is_named_beside_it() -> None:
+    """What is assumed of their sizes alone prefers one, and the other is right."""
+    ready = pool(logs(5, factor=lambda time, angle, log, turned: 1 + 5e-4 * time))
+    verdict = contest(ready, *slip_shooting(ready))
+    assert verdict is not None
+    (cause,) = causes_of(verdict, ready)
+    assert {cause.name, *cause.alike} == {"wear", "warm-up"}
+    assert cause.sentence.startswith(f"{cause.name} or {cause.alike[0]}: ")
+    assert "These logs do not tell which; this would: " in cause.sentence
 
 
 @pytest.mark.nightly_for("6")

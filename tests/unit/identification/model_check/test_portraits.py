@@ -81,7 +81,6 @@ def cycle(scale: float = 1.0, period: float = 1.0, stick: float = 0.2) -> Portra
         angle=0.1 + 0.05 * scale * np.cos(TURN),
         speed=0.3 * scale * np.sin(TURN),
         period=period,
-        period_deviation=0.0,
         amplitude=0.05 * scale,
         sticks={"disc0": Stick(stick, strip, np.array([(stick * period) ** 2]), True)},
         cycles=9,

@@ -36,7 +36,7 @@ def portrait(scale: float = 1.0, discs: int = 1) -> Portrait:
         f"disc{i}": Stick(0.2, np.roll(strip, 100 * i), np.array([0.04]), True, np.roll(strip, 100 * i))
         for i in range(discs)
     }
-    return Portrait(0.1 * scale * np.cos(TURN), 0.5 * np.sin(TURN), 1.0, 0.0, 0.1 * scale, sticks, 9)
+    return Portrait(0.1 * scale * np.cos(TURN), 0.5 * np.sin(TURN), 1.0, 0.1 * scale, sticks, 9)
 
 
 def member(name: str, speed: float, model: Portrait | Rest | None = None, discs: int = 1) -> PortraitComparison:

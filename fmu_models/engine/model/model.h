@@ -84,6 +84,25 @@ static inline int time_power(int rooted) { return rooted ? 2 : 1; }
    release */
 typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
 
+/* of models that are linear with constant factors in every mode (step/linear.c) */
+enum {
+    LINEAR_MODES = MODEL_LINEAR ? 4 : 1,
+    LINEAR_READ = MODEL_LINEAR ? 4 * NC : 1, /* series of contacts, at most */
+    LINEAR_ENTRIES = MODEL_LINEAR ? (MODEL_NX + 2 * NC) * (MODEL_NX + 2 * MODEL_NH)
+                                  : 1, /* modes of more are not kept */
+    LINEAR_ORDER = 28 /* of their series, whose terms cost little: beyond it the search for events does */
+};
+
+/* the columns and rows of their factors: x, sine and cosine of each harmonic, u, t; states, then what is read of contacts
+ */
+enum {
+    Z_SINE = MODEL_NX,
+    Z_INPUT = Z_SINE + 2 * MODEL_NH,
+    Z_TIME = Z_INPUT + MODEL_NU,
+    Z_COLUMNS,
+    Z_ROWS = MODEL_NX + LINEAR_READ
+};
+
 /* one phase of an impact */
 typedef struct {
     signed char held[MODEL_ROOM(

@@ -141,7 +141,7 @@ def test_a_description_is_kept_as_fmpy_reads_it(tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_kept_description_names_no_code() -> None:
-    with pytest.raises(pickle.UnpicklingError, match="holds no builtins.eval"):
+    with pytest.raises(pickle.UnpicklingError, match=r"holds no builtins\.eval"):
         description._Reader(io.BytesIO(pickle.dumps(eval))).load()
 
 

@@ -104,8 +104,9 @@ def _number(text: str | None) -> float | int | bool | str | None:
 def print_sheet(content: dict[str, Any], out: console.Console) -> None:
     """The page for people."""
     plain = console.plain
-    out.print(plain(content["model"] or content["file"], "bold"), plain(f"FMI {content['fmi_version']}"), end="")
-    out.print(plain(f", {content['bytes'] / 1000:.0f} kB, made by {content['generation_tool'] or 'an unnamed tool'}"))
+    head = f"FMI {content['fmi_version']}, {content['bytes'] / 1000:.0f} kB"
+    maker = f"made by {content['generation_tool'] or 'an unnamed tool'}"
+    out.print(plain(content["model"] or content["file"], "bold"), plain(f"{head}, {maker}"))
     if content["description"]:
         out.print(plain(content["description"]))
     for interface in content["interfaces"]:

@@ -127,8 +127,7 @@ def print_summary(content: dict[str, Any], out: console.Console) -> None:
     """Print the summary for people."""
     plain = console.plain
     head = f" to t = {content['until']:g} s in {content['steps']} steps, method {content['method']}"
-    out.print(plain(content["model"] or "", "bold"), end="")
-    out.print(plain(head))
+    out.print(plain(content["model"] or "", "bold"), plain(head), sep="")
     rows = [
         [name, *(_number(row[key]) for key in ("min", "max", "end")), row["unit"]]
         for name, row in list(content["ranges"].items())[:LISTED]

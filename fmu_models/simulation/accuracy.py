@@ -4,7 +4,8 @@
                              contact's state, by evaluation at single points (simulation/defect.py): shares nothing
                              with the series
     other steps              steps that end at all pieces of the defect, hence within whatever is narrow
-    tolerance/10             higher orders: what truncation leaves
+    tolerance/10             higher orders: what truncation leaves; where steps are sums, by the series that these
+                             stand for
     data up, data down       every start value, parameter and constant input moved by 2^-52 of itself to either
                              side: what one rounding becomes on the way, in the constants too
 

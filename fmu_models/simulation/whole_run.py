@@ -79,9 +79,13 @@ def run(
             parts.append(room[: c.n_sides].copy())
         if progress:
             progress(c.next_time / max(1, len(values)))
-    events = chunks[0] if len(chunks) == 1 else np.concatenate(chunks)
+    events = _joined(chunks)
     sides = np.concatenate(parts) if parts else None
     return Result(values, events, c.steps, c.evaluations, seconds, sides)
+
+
+def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def crossings(engine: Engine, instance: EngineInstance, request: Request, section: SectionRequest) -> Iterator[Vector]:
@@ -174,8 +178,16 @@ class Differentiator:
         events = instance.whole_run.event_capacity
         self._details = None if states is None else _Details(events, directions.size, states)
         self.passage: Passage | None = None
-        self._event_derivatives = np.empty((instance.whole_run.event_capacity, directions.size))
+        self._event_derivatives = np.empty((events, directions.size))
         self._room = np.empty(int(engine.sensitivity_room(directions.size)) // 8 + 2)
+        self._request = c = _SensitivityRun(
+            n_directions=directions.size,
+            directions=address(directions),
+            event_derivatives=address(self._event_derivatives),
+            room=address(self._room),
+        )
+        self._run = c.run  # which is part of it
+        self._run.event_capacity, self._run.events = events, instance.whole_run.events
         self._allowance = max(1, ALLOWANCE // (4 * (1 + directions.size)))  # a tangent costs as much as four runs
 
     def run(
@@ -199,35 +211,27 @@ class Differentiator:
         Raises:
             StickslipError: the engine refuses the start, or cannot continue the motion or its derivatives.
         """
-        m = self._directions.size
         values = np.empty((request.times.size, request.references.size))
-        derivatives = np.empty((*values.shape, m))
-        run_structure = structure(request, values, self._instance)  # keeps alive what the copy of it points into
-        run_structure.allowance = self._allowance
-        c = _SensitivityRun(
-            run=run_structure,
-            start=self._instance.start(initial, start_time, tolerance),
-            n_directions=m,
-            directions=self._directions.ctypes.data,
-            n_seeds=0 if seeds is None else len(seeds),
-            seeds=None if seeds is None else seeds.ctypes.data,
-            derivatives=derivatives.ctypes.data,
-            event_derivatives=self._event_derivatives.ctypes.data,
-            room=self._room.ctypes.data,
-        )
+        derivatives = np.empty((*values.shape, self._directions.size))
+        c, run = self._request, _filled(self._run, request, values)
+        run.allowance = self._allowance
+        run.next_time = run.next_knot = c.started = 0
+        c.start = self._instance.start(initial, start_time, tolerance)
+        c.n_seeds, c.seeds = (0, None) if seeds is None else (len(seeds), address(seeds))
+        c.derivatives = address(derivatives)
         details = self._details
         if details:
             details.ask(c, len(values))
         events, changes, seconds = [], [], 0.0
-        for took in _calls(self._engine.differentiate, self._instance, c, c.run):
+        for took in _calls(self._engine.differentiate, self._instance, c, run):
             seconds += took
-            events.append(self._instance.events(c.run.n_events))
-            changes.append(self._event_derivatives[: c.run.n_events].copy())
+            events.append(self._instance.events(run.n_events))
+            changes.append(self._event_derivatives[: run.n_events].copy())
             if details:
-                details.keep(c.run.n_events)
+                details.keep(run.n_events)
         self.passage = details.passage(c) if details else None
-        result = Result(values, np.concatenate(events), c.run.steps, c.run.evaluations, seconds)
-        return result, derivatives, np.concatenate(changes), c.corners > 0
+        result = Result(values, _joined(events), run.steps, run.evaluations, seconds)
+        return result, derivatives, _joined(changes), c.corners > 0
 
 
 def structure(request: Request, values: Vector, instance: EngineInstance) -> Structure:

@@ -29,6 +29,7 @@ PULLS = (
 )
 RATIOS = {"k/J": "stiffness_ratio", "c/J": "damping_ratio"}  # their fields
 CYCLES = 3  # needed: fewer leave frequency and damping at the mercy of the rest position
+DRIFTS = (1, 2, 3)  # powers of the time, in what a sensor shows too much
 PLACES = 8  # from the least to the greatest angle, between which a torque that goes with it is straight
 BLOCKS = 8  # of a cycle, whose means tell such a torque
 PULLED = 100.0  # of 2 ln L, that it gains: less than 10 of a rig without, up to 100 with a laser that walks
@@ -222,7 +223,9 @@ def _responses(time: np.ndarray, q: np.ndarray, forces: np.ndarray) -> np.ndarra
 def _pull(
     time: np.ndarray, q: np.ndarray, linear: np.ndarray, basis: np.ndarray, bent: np.ndarray, error: np.ndarray
 ) -> float:
-    """Size in rad of a torque that goes with the angle and is none of a spring that bends; 0 where it is chance."""
+    """Size in rad of a torque that goes with the angle and is none of a spring that bends; 0 where it is chance, or a
+    sensor that drifts slowly would show as much."""
+    bent = np.column_stack([bent, *((time / time[-1]) ** power for power in DRIFTS)])
     angle = basis[:, :2] @ linear[:2]
     places = np.linspace(angle.min(), angle.max(), PLACES)
     hats = np.maximum(1 - np.abs(angle - places[:, None]) / (places[1] - places[0]), 0)

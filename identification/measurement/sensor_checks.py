@@ -77,10 +77,20 @@ def delay_warnings(
                 "time of one of them."
             )
         if abs(delay) > max(DELAY_SUSPECT, SURE * delay_sd):
+            # a play lags by as much at any speed: at slow ones that is a long time
+            design = np.column_stack([np.sign(speed), speed, np.ones_like(time)])
+            play = np.linalg.lstsq(design, misfit[mine], rcond=None)[0]
+            covariance = clustered_covariance(design, design @ play - misfit[mine], equations.line[mine])
+            width, width_sd = 2 * abs(play[0]), 2 * float(np.sqrt(covariance[0, 0]))
+            apart = "the recorders were started apart. Fit this log alone, or shift one of its clocks."
+            loose = "the encoder's coupling, or what the laser looks at, has play"
+            if width > SURE * width_sd:
+                apart = f"{loose} of {value_with_sd(1e3 * width, 1e3 * width_sd, 'mrad')}. Tighten it."
+            elif SURE * width_sd > 2 * abs(delay) * float(np.sqrt(np.mean(speed**2))):
+                apart = f"{loose}, or {apart}"
             warnings.append(
                 f"Log '{name}': the laser lags by {value_with_sd(1e3 * delay, 1e3 * delay_sd, 'ms')} against what "
-                "it does in all logs together: the recorders were started apart. Fit this log alone, or shift one of "
-                "its clocks."
+                f"it does in all logs together: {apart}"
             )
     return tuple(warnings)
 

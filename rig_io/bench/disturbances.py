@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -85,6 +86,12 @@ def _pulling(size: float, angle: Any, speed: Any) -> Any:
     return -size * (over + (over**2 + ROUNDED**2) ** 0.5) / 2
 
 
+def _slack(size: float, m: Moment) -> np.ndarray:
+    """What a shaft behind a play of this width lacks: it is taken along at either end."""
+    half = size / 2
+    return np.array(list(accumulate(m.at.tolist(), lambda y, x: min(max(y, x - half), x + half)))) - m.at
+
+
 KINDS: Mapping[str, Kind] = {
     **dict.fromkeys(("once", "twice", "angle", "per_log", "within"), Kind("1")),
     **{"offset": Kind("m"), "drift": Kind("m"), "zero": Kind("rad")},
@@ -116,6 +123,8 @@ KINDS: Mapping[str, Kind] = {
     "overflow": Kind("1", "drive0_count", lambda size, m: -size * np.round(m.at / size), known=False),
     "stamps": Kind("s", "edge_time", lambda size, m: -np.mod(m.time, size), known=False),
     "belt": Kind("1", "drive0", lambda size, m: size * m.at),
+    "backlash": Kind("rad", "encoder", _slack, known=False),
+    "settling": Kind("m", _LASER, lambda size, m: size * np.exp(-m.time / WARMING), known=False),
 }
 
 

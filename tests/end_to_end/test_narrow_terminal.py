@@ -22,6 +22,7 @@ CHEAP = (
     *("map henon --set a=1.2 --period 2 --lyapunov", "map logistic --set r=2.9 --vary r=3.3", "--help", "fit --help"),
     *("describe data/rigs/paper_rubber", "simulate disc_rig --contacts disc0 --until 1", "fit no_such_folder"),
     *("simulate disc_rig --input w0=no_such_log.csv:speed", "inspect disc_rig.fmu", "stress --list"),
+    "simulate disc_rig.fmu --method dop853 --until 0.1",
 )
 
 

@@ -11,7 +11,7 @@ import scipy.io
 import scipy.sparse
 import sympy
 from scipy.integrate import solve_ivp
-from scipy.linalg import eigh
+from scipy.linalg import svd
 
 from fmu_models import Coulomb, Friction, KelvinVoigt, Mechanism, Parameter, Stop, load, reduced, simulate
 from fmu_models.base.errors import StickslipError
@@ -178,10 +178,12 @@ def test_many_modes_rub_and_strike_as_their_own_solutions_have_it(
     for time, after in zip(times, states, strict=True):
         if kind == "ring" and state == 0 and t > 0.0:
             break  # the solutions below know no stick
-        squares, shapes = eigh(r.K + (500.0 * np.outer(at_tip, at_tip) if kind == "stop" and state else 0.0))
+        # by factors of the stiffness: eigh of itself loses low frequencies to rounding of the high ones
+        spring = np.sqrt(500.0 * (kind == "stop" and state)) * at_tip
+        shapes, omega, _ = svd(np.column_stack([np.sqrt(r.K), spring]), full_matrices=False)
         force = at_tip - (0.02 * state * at_ring if kind == "ring" else 0.0)
         force = force + (500.0 * float(gap.value) * at_tip if kind == "stop" and state else 0.0)
-        omega, middle = np.sqrt(squares), shapes.T @ force / squares
+        middle = shapes.T @ force / omega**2
         a, b = shapes.T @ x[:n] - middle, shapes.T @ x[n:] / omega
         cos, sin = np.cos(omega * (time - t)), np.sin(omega * (time - t))
         x = np.concatenate([shapes @ (middle + a * cos + b * sin), shapes @ (omega * (b * cos - a * sin))])
@@ -191,7 +193,7 @@ def test_many_modes_rub_and_strike_as_their_own_solutions_have_it(
         assert t == stop or abs(slip if kind == "ring" else depth) < 1e-10
     else:
         ours = [run[f"{v}{name}"][-1] for v in ("", "v_") for name in r.names]
-        np.testing.assert_allclose(ours, x, atol=1e-9 * abs(x).max())
+        np.testing.assert_allclose(ours, x, rtol=0.0, atol=1e-10 * abs(x).max())
 
 
 def test_kept_degrees_stand_last_where_their_mass_is_shared() -> None:

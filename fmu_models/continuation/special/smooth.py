@@ -99,12 +99,14 @@ def _located(kind: str, before: Node, after: Node) -> tuple[float, Node]:
         return at(distance).tests[kind]
 
     if kind == BRANCH_POINT:
-        return _interpolated(test, at, length)
+        return _interpolated(test, at, nodes, length)
     root: Any = brentq(test, 0.0, length, xtol=1e-14, full_output=True, disp=False)
     return float(root[0]), at(float(root[0]))
 
 
-def _interpolated(test: Callable[[float], float], at: Callable[[float], Node], length: float) -> tuple[float, Node]:
+def _interpolated(
+    test: Callable[[float], float], at: Callable[[float], Node], nodes: dict[float, Node], length: float
+) -> tuple[float, Node]:
     """The root of a test that cannot be had near it: from a polynomial through motions on both sides."""
     low, high, first = 0.0, length, test(0.0)
     while high - low > NARROW * length:
@@ -114,6 +116,9 @@ def _interpolated(test: Callable[[float], float], at: Callable[[float], Node], l
         widths = [min(width, share * length) for width, share in zip(WIDTHS, shares, strict=True)]
         with suppress(Lost):
             return _from_around(at, (low + high) / 2, widths)
+        # motions on the branch that crosses would lead others there
+        for distance in set(nodes) - {0.0, length}:
+            del nodes[distance]
     raise Lost("the branch point is not seen from around")
 
 

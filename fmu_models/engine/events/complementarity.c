@@ -67,7 +67,7 @@ static double force_bound(const Group *g, int i, int side)
 static int follows_held(const Group *g, int i) { return g->of->mu[i] > 0.0 && g->place[g->of->partner[i]] >= 0; }
 
 /* the equations of the held ones */
-static int assemble_held(Group *g)
+static RARE int assemble_held(Group *g)
 {
     const BoxProblem *p = g->of;
     int held = 0;
@@ -104,7 +104,7 @@ static int assemble_held(Group *g)
 }
 
 /* solve A x = b of n equations, x in place of b; 0 if A is singular */
-static int eliminate(double *A, double *b, int n)
+static RARE int eliminate(double *A, double *b, int n)
 {
     for (int k = 0; k < n; k++) {
         int pivot = k;
@@ -185,7 +185,7 @@ static signed char state_wanted(const Group *g, int i)
 }
 
 /* change states until all fit; 1 if they do, 0 if not, -1 if held ones are redundant */
-static int change_states(Group *g, int rounds)
+static CALLED int change_states(Group *g, int rounds)
 {
     int least = g->count + 1;
     int patience = PATIENCE;
@@ -226,7 +226,7 @@ static double added_by_ridge(const Group *g)
 }
 
 /* the heavier the less a contact can carry */
-static void set_ridge(Group *g)
+static RARE void set_ridge(Group *g)
 {
     const BoxProblem *p = g->of;
     double strongest = 0.0;
@@ -247,7 +247,7 @@ static void set_ridge(Group *g)
 }
 
 /* the group with redundant contacts */
-static int solve_redundant(Group *g, int rounds)
+static RARE int solve_redundant(Group *g, int rounds)
 {
     /* forces that jam grow on and on, and so does what they are measured by */
     const double SHRINKS = 0.5;
@@ -289,7 +289,7 @@ static int solve_group(Group *g, double *lemke_room)
 }
 
 /* the connected component of a seed into member; seen is marked */
-static int gather_group(const BoxProblem *p, int seed, int *member, signed char *seen)
+static RARE int gather_group(const BoxProblem *p, int seed, int *member, signed char *seen)
 {
     int count = 1;
     member[0] = seed;

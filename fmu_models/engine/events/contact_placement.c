@@ -155,8 +155,12 @@ int placement_touches(Run *r, int c)
     const double speed = r->scratch.slip[c][0];
     placement_load_inertia(r);
     if (speed * speed <= 2.0 * LEAST_PART * model_kinetic_energy(&r->at) * r->scratch.G[c][c][0]) return 0;
-    taylor_series(r, &r->scratch, 2, INFINITY);
-    const double bend = -2.0 * r->scratch.depth[c][2];
+    Jets *j = &r->scratch;
+    taylor_series(r, j, MODEL_NZ > 0 ? 2 : 1, INFINITY); /* of speeds one order less is enough */
+    for (int i = 0; i < MODEL_NQ; i++)
+        j->x[i][2] = 0.5 * j->x[MODEL_NQ + i][1];
+    model_depth(r->at.p, r->at.d, j, 2);
+    const double bend = -2.0 * j->depth[c][2];
     const double rounding = DIGITS * DBL_EPSILON * model_depth_magnitude(r->at.p, r->at.d, &r->scratch, c);
     if (!(speed * speed <= 2.0 * bend * rounding)) return 0;
     r->at.known[c][SLOT_NORMAL] = 2;

@@ -241,6 +241,8 @@ static int solve_phase(const Run *r, const Problem *problem, ImpactPhase *phase,
     for (int coarser = 0; !best.found && coarser < 2; coarser++) {
         set_impulses(r, problem, coarser, &o);
         memset(o.state, 0, sizeof o.state);
+        if (o.problem.n == 1) take_states(r, problem, &o, 0, &best); /* held, if it may be: nothing is to be chosen */
+        if (best.found) break;
         if (contact_box_solve(&o, 1)) take_states(r, problem, &o, 1, &best);
         try_others(r, problem, &o, &best);
     }

@@ -47,7 +47,7 @@ static int place_of(const int *member, int count, int unknown)
 }
 
 /* the first tableau; the rows of the second kind count on from count */
-static void fill_tableau(const BoxProblem *p, const int *member, int count, const double *scale, Tableau *t)
+static RARE void fill_tableau(const BoxProblem *p, const int *member, int count, const double *scale, Tableau *t)
 {
     const int last = t->rows + 1;
     for (int row = 0; row < t->rows; row++)
@@ -140,7 +140,7 @@ static void exchange_names(Tableau *t, int row, int column)
 }
 
 /* 1 if the artificial variable has left */
-static int run_pivots(Tableau *t, int *column_of_w)
+static RARE int run_pivots(Tableau *t, int *column_of_w)
 {
     const int artificial = 2 * t->rows;
     int row = 0;
@@ -161,8 +161,8 @@ static int run_pivots(Tableau *t, int *column_of_w)
     return 0;
 }
 
-int lemke_solve(const BoxProblem *problem, const int *member, int count, const double *scale, signed char *state,
-                double *room)
+RARE int lemke_solve(const BoxProblem *problem, const int *member, int count, const double *scale, signed char *state,
+                     double *room)
 {
     int rows = count;
     for (int k = 0; k < count; k++) {

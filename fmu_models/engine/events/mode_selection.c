@@ -67,7 +67,7 @@ static double effect_with_drag(const Run *r, const ContactBox *o, int c, int e)
 }
 
 /* rates without the forces of the unknown ones, what these add to them, and their bounds */
-static void set_order_0(Run *r, const Trial *trial, ContactBox *o)
+static RARE void set_order_0(Run *r, const Trial *trial, ContactBox *o)
 {
     int n = 0;
     for (int c = 0; c < MODEL_NC; c++)
@@ -99,7 +99,7 @@ static void set_order_0(Run *r, const Trial *trial, ContactBox *o)
 }
 
 /* states by order 0; where it has no solution those of the last attempt */
-static void choose_by_order_0(Run *r, Trial *trial)
+static RARE void choose_by_order_0(Run *r, Trial *trial)
 {
     ContactBox o;
     set_order_0(r, trial, &o);
@@ -117,7 +117,7 @@ static void choose_by_order_0(Run *r, Trial *trial)
 }
 
 /* change what does not fit by its series until all do; 1 if they do */
-static int settle_ties(Run *r, Trial *trial)
+static RARE int settle_ties(Run *r, Trial *trial)
 {
     enum { PATIENCE = 10 };
     int least = trial->count + 1;
@@ -148,14 +148,14 @@ static int settle_ties(Run *r, Trial *trial)
     return 0;
 }
 
-static int search(Run *r, Trial *trial)
+static RARE int search(Run *r, Trial *trial)
 {
     choose_by_order_0(r, trial);
     return settle_ties(r, trial);
 }
 
 /* held candidates, and those on the wrong side of zero, are moved to it */
-static int project(Run *r, const Trial *trial)
+static RARE int project(Run *r, const Trial *trial)
 {
     signed char member[NC] = {0};
     int any = 0;
@@ -182,7 +182,7 @@ static int project(Run *r, const Trial *trial)
     return any && contact_project(&r->at, &r->scratch, member, r->at.state);
 }
 
-static RunStatus no_state(Run *r, const Trial *trial)
+static RARE RunStatus no_state(Run *r, const Trial *trial)
 {
     char names[128];
     int rubs = 0;
@@ -205,7 +205,7 @@ static RunStatus no_state(Run *r, const Trial *trial)
         names, r->at.time);
 }
 
-RunStatus selection_make(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
+CALLED RunStatus selection_make(Run *r, const signed char *candidate, const signed char *at_limit, int *moved)
 {
     /* between a margin too negative to be a tie and a rate of slip too small not to be one nothing fits: then look less
        closely */

@@ -41,7 +41,7 @@ void run_resume(Run *r)
     r->longest_pause = 0.0;
 }
 
-RunStatus run_initialize(Run *r)
+RARE RunStatus run_initialize(Run *r)
 {
     run_parameters_changed(r);
     const char *violation = model_violation(r->at.p);
@@ -206,7 +206,7 @@ double run_step_limit(const Run *r, double end)
 }
 
 /* go to the next crossing of the section on the present segment, up to a time since its start; 0 if there is none */
-static int reach_crossing(Run *r, double until)
+static CALLED int reach_crossing(Run *r, double until)
 {
     const double s = section_next(r, r->segment_rooted ? sqrt(until) : until);
     if (s < 0.0) return 0;
@@ -242,14 +242,13 @@ RunStatus run_check_pace(Run *r)
 }
 
 /* advance up to the next knot of a signal, at most */
-static RunStatus advance_on_pieces(Run *r, double t, int stop_at_event, EventSink sink, void *context)
+static CALLED RunStatus advance_on_pieces(Run *r, double t, int stop_at_event, EventSink sink, void *context)
 {
     double rest;
     while (r->at.time < t || (r->segment_valid && r->segment_event && run_segment_end(r, &rest) <= t)) {
         if (!r->segment_valid) {
             if (r->pause_at && r->steps >= r->pause_at) return RUN_PAUSED;
-            if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, t), 0) == RUN_ERROR)
-                return RUN_ERROR;
+            if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, t)) == RUN_ERROR) return RUN_ERROR;
             r->section.searched = 0.0;
         }
         const double end = run_segment_end(r, &rest);

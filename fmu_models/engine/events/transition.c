@@ -366,7 +366,7 @@ static int told(const Run *r, int c, int before, double *work, ContactEvent *eve
     return 1;
 }
 
-void transition_tell(const Run *r, const signed char *before, EventSink sink, void *context)
+RARE void transition_tell(const Run *r, const signed char *before, EventSink sink, void *context)
 {
     ContactEvent event;
     double work = r->impact_work;
@@ -400,7 +400,7 @@ RunStatus transition_tick(Run *r, EventSink sink, void *context)
     return RUN_OK;
 }
 
-RunStatus transition_resolve(Run *r, EventSink sink, void *context)
+CALLED RunStatus transition_resolve(Run *r, EventSink sink, void *context)
 {
     signed char before[NC];
     int moved = 0, last = 0;

@@ -14,8 +14,8 @@
 #include "../model/signals.h"
 #include "../model/traps.h"
 
-Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),
-                       void *environment, int logging, int quiet)
+RARE Instance *instance_new(const char *name, const char *token, int co_simulation, Say say, void (*logger)(void),
+                            void *environment, int logging, int quiet)
 {
     TRAPS_REST;
     Instance *m = calloc(1, sizeof *m);
@@ -184,7 +184,7 @@ Status instance_failed(Instance *m, const char *function)
     return instance_refuse(m, "%s: at time %.17g: %s", function, m->core.run.at.time, m->core.run.message);
 }
 
-static Status check_parameters(Instance *m, const char *function)
+static RARE Status check_parameters(Instance *m, const char *function)
 {
     const char *violation = model_violation(m->core.run.at.p);
     return violation ? instance_refuse(m, "%s: %s", function, violation) : STATUS_OK;
@@ -226,7 +226,7 @@ Status instance_set_up(Instance *m, const char *function, int tolerance_defined,
     return STATUS_OK;
 }
 
-Status instance_exit_initialization(Instance *m, const char *function)
+RARE Status instance_exit_initialization(Instance *m, const char *function)
 {
     TRAPS_REST;
     if (instance_settle(m, function, NULL)) return STATUS_ERROR;
@@ -255,7 +255,7 @@ Status instance_settle(Instance *m, const char *function, int *changed)
     return STATUS_OK;
 }
 
-Status instance_enter_event(Instance *m, const char *function)
+RARE Status instance_enter_event(Instance *m, const char *function)
 {
     TRAPS_REST;
     int from = m && m->core.co_simulation && m->event_mode_used ? PHASE_STEP : PHASE_CONTINUOUS;

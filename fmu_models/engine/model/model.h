@@ -30,6 +30,14 @@
 
 #include "../model_sizes.h" /* generated: MODEL_NQ ... below, and MODEL_NAME, MODEL_TOKEN */
 
+/* a function that runs of small models seldom reach, left as it stands where their core is built (fmu/c/core.c); of
+   many contacts, and at impacts, all that selects states is reached often */
+#if defined(STICKSLIP_CORE) && MODEL_NC <= 2 && !MODEL_IMPACTS
+#define RARE __attribute__((noinline, optnone))
+#else
+#define RARE
+#endif
+
 /*
  * MODEL_NQ   coordinates                  MODEL_NV   velocities, or all states of a system without a body
  * MODEL_NZ   internal states of laws      MODEL_NI   event indicators
@@ -75,6 +83,25 @@ static inline int time_power(int rooted) { return rooted ? 2 : 1; }
 /* the indicators of a contact: of its depth (a closed rigid contact: its force), and of its slip, stick margin or
    release */
 typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
+
+/* of models that are linear with constant factors in every mode (step/linear.c) */
+enum {
+    LINEAR_MODES = MODEL_LINEAR ? 4 : 1,
+    LINEAR_READ = MODEL_LINEAR ? 4 * NC : 1, /* series of contacts, at most */
+    LINEAR_ENTRIES = MODEL_LINEAR ? (MODEL_NX + 2 * NC) * (MODEL_NX + 2 * MODEL_NH)
+                                  : 1, /* modes of more are not kept */
+    LINEAR_ORDER = 28 /* of their series, whose terms cost little: beyond it the search for events does */
+};
+
+/* the columns and rows of their factors: x, sine and cosine of each harmonic, u, t; states, then what is read of contacts
+ */
+enum {
+    Z_SINE = MODEL_NX,
+    Z_INPUT = Z_SINE + 2 * MODEL_NH,
+    Z_TIME = Z_INPUT + MODEL_NU,
+    Z_COLUMNS,
+    Z_ROWS = MODEL_NX + LINEAR_READ
+};
 
 /* one phase of an impact */
 typedef struct {

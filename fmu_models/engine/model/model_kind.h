@@ -85,6 +85,14 @@ typedef struct {
     Real inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)];
 } Sticking;
 
+/* what one order makes of the one before (step/linear_factors.c) */
+typedef struct {
+    Real rate[MODEL_ROOM(MODEL_NH)]; /* of harmonics */
+    int still;                       /* one of them has none, and nothing to probe its column with */
+    Real row[Z_ROWS][Z_COLUMNS];
+    Real order[Z_ROWS][Z_COLUMNS][LINEAR_ORDER]; /* of T and R T, from order 1 */
+} LinearFactors;
+
 /* where the flow is: what series start from */
 typedef struct {
     Real time;

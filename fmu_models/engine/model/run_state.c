@@ -122,7 +122,7 @@ RunStatus run_check_finite(Run *r, const char *what, const double *values, int n
     return RUN_OK;
 }
 
-RunStatus run_check_mass(Run *r, const Jets *j)
+RARE RunStatus run_check_mass(Run *r, const Jets *j)
 {
     for (int i = 0; i < MODEL_NV && MODEL_NM > 0; i++) {
         if (!(j->factor[model_mass_row[i] + i] > 0.0)) {

@@ -77,20 +77,15 @@ typedef struct {
     double fastest;             /* speed of impact */
 } Closings;
 
-/* a mode of a model that is linear with constant factors: its series as sums (step/linear.c) */
-enum {
-    LINEAR_MODES = MODEL_LINEAR ? 4 : 1,
-    LINEAR_READ = MODEL_LINEAR ? 4 * NC : 1, /* series of contacts, at most */
-    LINEAR_ENTRIES = MODEL_LINEAR ? (MODEL_NX + 2 * NC) * (MODEL_NX + 2 * MODEL_NH)
-                                  : 1, /* modes of more are not kept */
-    LINEAR_ORDER = 28 /* of their series, whose terms cost little: beyond it the search for events does */
-};
+/* what the length of a step of such sums, or its events, read of a contact */
+typedef enum { Y_SLIP, Y_DEPTH, Y_FORCE, Y_RELEASE, Y_CAPACITY, Y_CAPACITY_MINUS, Y_KINDS } LinearQuantity;
 
+/* a mode of a model that is linear with constant factors: its series as sums (step/linear.c) */
 typedef struct {
     signed char state[NC]; /* of the contacts */
     int usable;
-    int rows; /* states, and series of contacts */
-    signed char quantity[LINEAR_READ];
+    int rows;                          /* states, and series of contacts */
+    signed char quantity[LINEAR_READ]; /* LinearQuantity */
     short contact[LINEAR_READ];
     unsigned char first[MODEL_NX + LINEAR_READ + 1], last[MODEL_NX + LINEAR_READ]; /* of each row: entry, order */
     unsigned char column[LINEAR_ENTRIES];

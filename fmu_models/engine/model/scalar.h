@@ -6,6 +6,7 @@
 #define Jets KIND(Jets)
 #define Wave KIND(Wave)
 #define Sticking KIND(Sticking)
+#define LinearFactors KIND(LinearFactors)
 #define Point KIND(Point)
 #define Signal KIND(Signal)
 #define stick_bound KIND(stick_bound)

@@ -85,7 +85,7 @@ static void KIND(make_symmetric)(Real S[NC][NC], int n, int symmetric, Real P[NC
 }
 
 /* D P^+ D, the least-norm solution operator of (1) for P = D G D */
-static void KIND(solve_redundant_forces)(Real P[NC][NC], int n, const Real *D, Real columns[NC][NC])
+static RARE void KIND(solve_redundant_forces)(Real P[NC][NC], int n, const Real *D, Real columns[NC][NC])
 {
     Real L[NC][NC];
     Real A[NC][NC];
@@ -115,7 +115,7 @@ static void KIND(solve_redundant_forces)(Real P[NC][NC], int n, const Real *D, R
 }
 
 /* D S^+ D; with drag S^+ = S^T (S S^T)^+ */
-static void KIND(solve_least_norm)(Real S[NC][NC], int n, int symmetric, const Real *D, Real columns[NC][NC])
+static RARE void KIND(solve_least_norm)(Real S[NC][NC], int n, int symmetric, const Real *D, Real columns[NC][NC])
 {
     Real P[NC][NC];
     Real X[NC][NC];

@@ -13,32 +13,11 @@
 
 #include "contact_forces.h"
 #include "flow.h"
+#include "linear_factors.h"
 
 #if MODEL_LINEAR
 
-/* the columns of z; the rows that are kept: states, then what is read of contacts */
-enum {
-    Z_SINE = MODEL_NX,
-    Z_INPUT = Z_SINE + 2 * MODEL_NH,
-    Z_TIME = Z_INPUT + MODEL_NU,
-    Z_COLUMNS,
-    Z_HALF = LINEAR_ORDER / 2
-};
-enum { Z_ROWS = MODEL_NX + LINEAR_READ };
-
-typedef enum { Y_SLIP, Y_DEPTH, Y_FORCE, Y_RELEASE, Y_CAPACITY, Y_CAPACITY_MINUS, Y_KINDS } LinearQuantity;
-
-/* what one order makes of the one before */
-typedef struct {
-    double row[Z_ROWS][Z_COLUMNS];
-    double order[Z_ROWS][Z_COLUMNS][LINEAR_ORDER]; /* of T and R T, from order 1 */
-} LinearFactors;
-
-static double *series_of(Jets *j, const LinearMode *m, int row)
-{
-    Series *const of[Y_KINDS] = {j->slip, j->depth, j->force, j->release, j->capacity, j->capacity_minus};
-    return row < MODEL_NX ? j->x[row] : of[m->quantity[row - MODEL_NX]][m->contact[row - MODEL_NX]];
-}
+enum { Z_HALF = LINEAR_ORDER / 2 };
 
 /* what the length of a step, or its events, read of the contacts */
 static void note_read(const Run *r, const Jets *j, LinearMode *m)
@@ -58,75 +37,6 @@ static void note_read(const Run *r, const Jets *j, LinearMode *m)
             m->quantity[m->rows - MODEL_NX] = (signed char)quantity;
             m->contact[m->rows++ - MODEL_NX] = (short)c;
         }
-    }
-}
-
-/* column n: what the model's functions make, at order 1, of what j holds there, less that of the time */
-static void probe(Run *r, Jets *j, const LinearMode *m, LinearFactors *f, int n, double less)
-{
-    flow_field(&r->at, j, 1, 0);
-    for (int i = 0; i < m->rows; i++) {
-        const int v = i - MODEL_NQ;
-        const double made = i >= MODEL_NX  ? series_of(j, m, i)[1]
-                            : v < 0        ? j->x[MODEL_NQ + i][1]
-                            : v < MODEL_NV ? contact_rate(j, v, 1)
-                                           : j->zrate[v - MODEL_NV][1];
-        f->row[i][n] = made - less * f->row[i][Z_TIME];
-    }
-}
-
-static void probe_columns(Run *r, LinearMode *m, LinearFactors *f)
-{
-    Jets *j = &r->scratch;
-    memset(f, 0, sizeof *f);
-    flow_load(&r->at, j, 0);
-    for (int h = 0; h < MODEL_NH; h++)
-        j->w[model_sine[h]][0] = j->w[model_cosine[h]][0] = 0.0;
-    for (int i = 0; i < MODEL_NX + MODEL_NU; i++)
-        (i < MODEL_NX ? j->x[i] : j->u[i - MODEL_NX])[1] = 0.0;
-    probe(r, j, m, f, Z_TIME, 0.0);
-    for (int h = 0; h < MODEL_NH; h++) {
-        m->rate[h] = j->w[model_angle[h]][1];
-        for (int side = 0; side < 2 && m->rate[h] != 0.0; side++) {
-            /* order 1 of a sine is order 0 of its cosine, times the rate; of a cosine that of the sine, negative */
-            double *other = &j->w[side ? model_sine[h] : model_cosine[h]][0];
-            *other = (side ? -1.0 : 1.0) / m->rate[h];
-            probe(r, j, m, f, Z_SINE + 2 * h + side, 1.0);
-            *other = 0.0;
-        }
-    }
-    j->t[1] = 0.0;
-    for (int i = 0; i < MODEL_NX + MODEL_NU; i++) {
-        double *one = &(i < MODEL_NX ? j->x[i] : j->u[i - MODEL_NX])[1];
-        *one = 1.0;
-        probe(r, j, m, f, i < MODEL_NX ? i : Z_INPUT + i - MODEL_NX, 0.0);
-        *one = 0.0;
-    }
-}
-
-/* column n of T and R T */
-static void fill_column(const LinearMode *m, LinearFactors *f, int n)
-{
-    double z[Z_COLUMNS] = {0.0};
-    z[n] = 1.0;
-    for (int k = 1; k <= LINEAR_ORDER; k++) {
-        const double share = 1.0 / (k + 1);
-        double made[Z_ROWS];
-        for (int i = 0; i < m->rows; i++) {
-            made[i] = 0.0;
-            for (int e = 0; e < Z_COLUMNS; e++)
-                made[i] += f->row[i][e] * z[e];
-            f->order[i][n][k - 1] = i < MODEL_NX ? z[i] : made[i];
-        }
-        for (int h = 0; h < MODEL_NH; h++) {
-            double *sine = &z[Z_SINE + 2 * h];
-            const double rate = m->rate[h] * share, was = sine[0];
-            sine[0] = rate * sine[1];
-            sine[1] = -rate * was;
-        }
-        for (int i = 0; i < MODEL_NX; i++)
-            z[i] = made[i] * share;
-        memset(z + Z_INPUT, 0, (Z_COLUMNS - Z_INPUT) * sizeof *z);
     }
 }
 
@@ -174,10 +84,10 @@ static void make_mode(Run *r, const Jets *j, LinearMode *m)
     double factorial = 1.0;
     memcpy(m->state, r->at.state, sizeof m->state);
     note_read(r, j, m);
-    probe_columns(r, m, &f);
-    for (int n = 0; n < Z_COLUMNS; n++)
-        fill_column(m, &f, n);
-    m->usable = keep_rows(m, &f);
+    linear_factors(&r->at, &r->scratch, m, &f);
+    for (int h = 0; h < MODEL_NH; h++)
+        m->rate[h] = f.rate[h];
+    m->usable = !f.still && keep_rows(m, &f);
     /* the last terms but one of series that go with this rate are a quarter of what is asked for */
     for (int k = 2; k < LINEAR_ORDER; k++)
         factorial *= k;
@@ -216,7 +126,7 @@ static const LinearMode *mode_of(Run *r, const Jets *j)
 int linear_series(Run *r, Jets *j, int order)
 {
     double z[Z_COLUMNS];
-    if (r->at.curved || order > LINEAR_ORDER) return 0;
+    if (r->at.curved || order > LINEAR_ORDER || r->tolerances.step < run_default_tolerances.step) return 0;
     flow_load(&r->at, j, 0);
     flow_field(&r->at, j, 0, 0);
     flow_extend(j, 1, 0);
@@ -235,7 +145,7 @@ int linear_series(Run *r, Jets *j, int order)
     for (int e = 0; e < m->first[m->rows]; e++)
         by[e] = z[m->column[e]];
     for (int i = 0; i < m->rows; i++) {
-        double *series = series_of(j, m, i) + 1;
+        double *series = linear_row(j, m, i) + 1;
         for (int k = 0; k < LINEAR_ORDER; k += Z_HALF) {
             double sum[Z_HALF] = {0.0};
             for (int e = m->first[i]; e < m->first[i + 1] && k < m->last[i]; e++)
@@ -267,12 +177,24 @@ double linear_length(Run *r)
         const int starts = quantity == Y_SLIP || quantity == Y_DEPTH
                            || (quantity == Y_FORCE && contact_is_closed(r, c));
         const int known = starts ? r->at.known[c][slot] : 0;
-        if (known > 1 || !is_short(r, m, series_of(&r->jets, m, i), known)) return 0.0;
+        if (known > 1 || !is_short(r, m, linear_row(&r->jets, m, i), known)) return 0.0;
     }
     return m->length;
 }
 
+double linear_power(const Run *r, double length)
+{
+    const LinearMode *m = &r->linear[r->segment_linear - 1];
+    return length <= m->length ? m->power : pow(length, LINEAR_ORDER - 1);
+}
+
 #else
+
+double linear_power(const Run *r, double length)
+{
+    (void)r;
+    return pow(length, LINEAR_ORDER - 1);
+}
 
 int linear_series(Run *r, Jets *j, int order)
 {

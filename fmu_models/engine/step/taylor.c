@@ -345,7 +345,7 @@ static double cut_reach(Run *r, int order, double h, double natural)
     return reach;
 }
 
-RunStatus taylor_step(Run *r, double limit, int varied)
+RunStatus taylor_step(Run *r, double limit)
 {
     const int full = taylor_order(r);
     r->jets.wave = r->scratch.wave; /* what an event was resolved with */
@@ -364,7 +364,7 @@ RunStatus taylor_step(Run *r, double limit, int varied)
     if (rooted) {
         flow_rooted_series(&r->at, &r->jets, full);
         r->evaluations += full;
-    } else if (!varied && (r->segment_linear = linear_series(r, &r->jets, taylor_order(r)))) {
+    } else if ((r->segment_linear = linear_series(r, &r->jets, full))) {
         order = LINEAR_ORDER;
         limit = before_impact(r, &r->jets, limit);
     } else {
@@ -407,7 +407,7 @@ RunStatus taylor_step(Run *r, double limit, int varied)
 void taylor_complete(Run *r)
 {
     const int full = taylor_order(r);
-    if (r->segment_order == full || r->segment_rests >= 0) return;
+    if (r->segment_order == full || r->segment_rests >= 0 || r->segment_linear) return;
     complete(r, r->segment_order, full);
 }
 

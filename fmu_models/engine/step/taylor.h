@@ -19,9 +19,9 @@ double taylor_series_length(const double *x, int order, double tolerance);
 int taylor_order(const Run *r);
 /* whether the next step runs in the root of time: a law with half-integer powers of its depth starts at zero depth */
 int taylor_starts_rooted(Run *r);
-/* the next step from r, cut at the first fall of an indicator; varied: derivatives go with it, and read all its series */
-RunStatus taylor_step(Run *r, double limit, int varied);
-/* the series of that step to the full order, where terms that vanish have ended them before */
+/* the next step from r, cut at the first fall of an indicator */
+RunStatus taylor_step(Run *r, double limit);
+/* the series of that step to the full order, where terms that vanish have ended them before; sums have all their terms */
 void taylor_complete(Run *r);
 /* end it, if it is longer than that */
 RunStatus taylor_shorten(Run *r, double length);

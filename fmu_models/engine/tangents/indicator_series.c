@@ -11,7 +11,7 @@ int indicator_is_margin(const Run *r, int c, int slot)
     return slot == SLOT_TANGENTIAL && r->at.state[c] == CONTACT_STICK;
 }
 
-void indicator_series(const Run *r, const Variation *l, int lane, int c, int slot, int side, IndicatorSeries *f)
+void indicator_series(const Run *r, const Variation *l, int c, int slot, int side, IndicatorSeries *f)
 {
     const Jets *j = &r->jets;
     const int closed = model_contact_impulsive[c] && r->at.state[c] != CONTACT_AWAY;
@@ -26,33 +26,41 @@ void indicator_series(const Run *r, const Variation *l, int lane, int c, int slo
     if (margin && cone_is_whole(c)) {
         cone_margin(j, c, f->order, f->value);
         for (int k = 0; k <= f->order; k++) {
-            f->derivative[k] = 0.0;
+            f->derivative[k] = PAIR_ZERO;
             for (int i = 0; i <= k; i++)
                 f->derivative[k] += 2.0
-                                    * (j->capacity[c][i] * l->capacity[c][k - i][lane]
-                                       - j->force[c + 1][i] * l->force[c + 1][k - i][lane]
-                                       - j->force[c + 2][i] * l->force[c + 2][k - i][lane]);
+                                    * (j->capacity[c][i] * l->capacity[c][k - i]
+                                       - j->force[c + 1][i] * l->force[c + 1][k - i]
+                                       - j->force[c + 2][i] * l->force[c + 2][k - i]);
         }
         return;
     }
     for (int k = 0; k <= f->order; k++) {
         f->value[k] = margin ? bound[k] - side * j->force[c][k] : value[k];
-        f->derivative[k] = margin ? moved[k][lane] - side * l->force[c][k][lane] : pairs[k][lane];
+        f->derivative[k] = margin ? moved[k] - side * l->force[c][k] : pairs[k];
     }
 }
 
 double indicator_slope(const double *series, int order, double s)
 {
-    double slope = 0.0;
-    for (int k = order; k > 0; k--)
-        slope = slope * s + k * series[k];
-    return slope;
+    double rate[POLYNOMIAL_TERMS] = {0.0};
+    for (int k = 1; k <= order; k++)
+        rate[k - 1] = k * series[k];
+    return polynomial_value(rate, order > 0 ? order - 1 : 0, s);
+}
+
+Pair indicator_slopes(const Pair *series, int order, double s)
+{
+    Pair rate[POLYNOMIAL_TERMS] = {PAIR_ZERO};
+    for (int k = 1; k <= order; k++)
+        rate[k - 1] = k * series[k];
+    return pair_value(rate, order > 0 ? order - 1 : 0, s);
 }
 
 double indicator_bend(const double *series, int order, double s)
 {
-    double bend = 0.0;
-    for (int k = order; k > 1; k--)
-        bend = bend * s + k * (k - 1) * series[k];
-    return bend;
+    double rate[POLYNOMIAL_TERMS] = {0.0};
+    for (int k = 1; k <= order; k++)
+        rate[k - 1] = k * series[k];
+    return indicator_slope(rate, order - 1, s);
 }

@@ -1,4 +1,4 @@
-/* The series of an indicator over a step, and of its derivative along a direction (indicator_series.c). */
+/* The series of an indicator over a step, and of its derivative along two directions (indicator_series.c). */
 #pragma once
 
 #include "../step/roots.h"
@@ -7,14 +7,15 @@
 typedef struct {
     int order; /* to which they are known */
     double value[POLYNOMIAL_TERMS];
-    double derivative[POLYNOMIAL_TERMS];
+    Pair derivative[POLYNOMIAL_TERMS];
 } IndicatorSeries;
 
-/* of a slot of contact c, up to its sign, along one of the two directions of l; side: of the margin of what sticks, the
-   sign of the force that it is left by */
-void indicator_series(const Run *r, const Variation *l, int lane, int c, int slot, int side, IndicatorSeries *f);
+/* of a slot of contact c, up to its sign, along the two directions of l; side: of the margin of what sticks, the sign of
+   the force that it is left by */
+void indicator_series(const Run *r, const Variation *l, int c, int slot, int side, IndicatorSeries *f);
 /* the margin of what sticks: it has two sides */
 int indicator_is_margin(const Run *r, int c, int slot);
-/* slope at s of a series of that order, and its second derivative */
+/* slope at s of a series of that order, of two of them, and its second derivative */
 double indicator_slope(const double *series, int order, double s);
+Pair indicator_slopes(const Pair *series, int order, double s);
 double indicator_bend(const double *series, int order, double s);

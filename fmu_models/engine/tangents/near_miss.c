@@ -12,6 +12,7 @@
 
 #include "../step/event_location.h"
 #include "indicator_series.h"
+#include "linear_variation.h"
 #include "tangent_series.h"
 
 enum { MISS_SAMPLES = 8, MISS_BISECTIONS = 200 };
@@ -50,9 +51,9 @@ static void keep_miss(const Run *r, Tangents *tangents, int c, int slot, int sid
     miss->time = r->segment_start + length;
     for (int k = 0; k < tangents->count; k++) {
         const Variation *l = variation_of(tangents, k);
-        indicator_series(r, l, k % PAIR, c, slot, side, &f);
+        indicator_series(r, l, c, slot, side, &f);
         const double at = variation_variable(r, l, length);
-        misses->derivatives[row * tangents->count + k] = sign * polynomial_value(f.derivative, f.order, at);
+        misses->derivatives[row * tangents->count + k] = sign * pair_value(f.derivative, f.order, at)[k % PAIR];
         miss->value = sign * polynomial_value(f.value, f.order, s);
     }
     misses->list[row] = *miss;
@@ -63,7 +64,7 @@ static void search_misses(const Run *r, Tangents *tangents, int c, int slot, int
     IndicatorSeries f;
     const double sign = side != 0 ? 1.0 : (double)location_indicator(r, c, (Slot)slot);
     NearMiss miss = {.contact = c, .slot = slot, .side = side, .state = r->at.state[c]};
-    indicator_series(r, variation_of(tangents, 0), 0, c, slot, side, &f);
+    indicator_series(r, variation_of(tangents, 0), c, slot, side, &f);
     double low = 0.0;
     /* coefficients of what has just fallen, or begun at zero, are rounding where they are known to be zero */
     const int zeros = r->at.known[c][slot] * (r->segment_rooted ? 2 : 1);
@@ -95,7 +96,7 @@ static void keep_falling(const Run *r, Tangents *tangents, int c, int slot, int 
     IndicatorSeries f;
     const double sign = side != 0 ? 1.0 : (double)location_indicator(r, c, (Slot)slot);
     const int64_t row = misses->count + misses->pending;
-    indicator_series(r, variation_of(tangents, 0), 0, c, slot, side, &f);
+    indicator_series(r, variation_of(tangents, 0), c, slot, side, &f);
     const double slope = sign * slope_in_time(r, &f, end);
     if (r->falling[c][slot] || !(slope < 0.0) || row >= misses->capacity) return;
     misses->list[row] = (NearMiss){.time = r->segment_start + r->segment_length,
@@ -107,9 +108,9 @@ static void keep_falling(const Run *r, Tangents *tangents, int c, int slot, int 
                                    .state = r->at.state[c]};
     for (int k = 0; k < tangents->count; k++) {
         const Variation *l = variation_of(tangents, k);
-        indicator_series(r, l, k % PAIR, c, slot, side, &f);
+        indicator_series(r, l, c, slot, side, &f);
         const double at = variation_variable(r, l, r->segment_length);
-        misses->derivatives[row * tangents->count + k] = sign * polynomial_value(f.derivative, f.order, at)
+        misses->derivatives[row * tangents->count + k] = sign * pair_value(f.derivative, f.order, at)[k % PAIR]
                                                          - slope * l->t[0][k % PAIR];
     }
     misses->pending++;
@@ -122,7 +123,7 @@ static int turned(const Run *r, Tangents *tangents, const NearMiss *miss)
     if (r->segment_rooted) return 0;
     if (r->at.state[miss->contact] != miss->state) return miss->state == CONTACT_STICK;
     const double sign = miss->side != 0 ? 1.0 : (double)location_indicator(r, miss->contact, (Slot)miss->slot);
-    indicator_series(r, variation_of(tangents, 0), 0, miss->contact, miss->slot, miss->side, &f);
+    indicator_series(r, variation_of(tangents, 0), miss->contact, miss->slot, miss->side, &f);
     const double rise = sign * f.value[0] - miss->value;
     return sign * slope_in_time(r, &f, 0.0) > 1e-9 * miss->slope
            || rise > 1e-6 * (fabs(f.value[0]) + fabs(miss->value));
@@ -157,8 +158,8 @@ static void keep_beginning(const Run *r, Tangents *tangents, int c, Slot slot, i
         .time = r->segment_start, .contact = c, .slot = slot, .side = side, .state = r->at.state[c], .begins = 1};
     for (int k = 0; k < n; k++) {
         IndicatorSeries f;
-        indicator_series(r, variation_of(tangents, k), k % PAIR, c, slot, side, &f);
-        misses->derivatives[row * n + k] = times * f.derivative[order];
+        indicator_series(r, variation_of(tangents, k), c, slot, side, &f);
+        misses->derivatives[row * n + k] = times * f.derivative[order][k % PAIR];
         misses->list[row].value = times * f.value[order];
     }
 }
@@ -211,6 +212,8 @@ void near_misses_note(const Run *r, Tangents *tangents, double until, NearMisses
     const double length = fmin(until - r->segment_start, r->segment_length);
     const double end = r->segment_rooted ? sqrt(length) : length;
     if (!(length > 0.0)) return;
+    for (int k = 0; r->segment_linear && k < tangents->count; k += PAIR)
+        linear_variation(r, tangents, k, 1);
     settle_pending(r, tangents, misses);
     if (misses->events != r->events && !r->segment_rooted) note_beginnings(r, tangents, misses);
     misses->events = r->events;

@@ -44,8 +44,13 @@ size_t tangents_room(int n)
 
 Tangents *tangents_start(void *room, const Run *r, int n)
 {
-    Tangents *tangents = memset(room, 0, tangents_room(n));
+    Tangents *tangents = memset(room, 0, sizeof(Tangents) + (size_t)n * sizeof(Tangent));
     tangents->count = n;
+    for (int k = 0; k < n; k += PAIR) {
+        Variation *l = memset(variation_of(tangents, k), 0, offsetof(Variation, change));
+        for (int i = 0; i < LINEAR_MODES; i++)
+            l->change[i].known = 0;
+    }
     for (int k = 0; k < n; k++) {
         for (int i = 0; i < MODEL_NP; i++)
             tangents->list[k].at.p[i] = r->at.p[i];
@@ -132,7 +137,7 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
     double rest;
     if (!r->segment_valid) {
         end = fmin(end, r->tick);
-        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end), 1) == RUN_ERROR) return RUN_ERROR;
+        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end)) == RUN_ERROR) return RUN_ERROR;
         if (tangents_fit_step(r, tangents) == RUN_ERROR) return RUN_ERROR;
     }
     *until = fmin(fmin(end, r->tick), run_segment_end(r, &rest));
@@ -140,10 +145,11 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
 }
 
 /* where a step ends: states of the motion and their slopes by s, the variable of its series, and the derivatives there
-   of the series of two tangents at a time */
+   of the series of two tangents at a time, and of when its event comes */
 typedef struct {
     double s, x[MODEL_ROOM(MODEL_NX)], slope[MODEL_ROOM(MODEL_NX)];
     Pair along[MODEL_ROOM(MODEL_NX)];
+    Shift shift;
 } Arrived;
 
 static void arrive(const Run *r, Tangents *tangents, double length, int at_event, Arrived *a)
@@ -158,40 +164,39 @@ static void arrive(const Run *r, Tangents *tangents, double length, int at_event
     }
 }
 
-static void arrive_pair(const Run *r, const Variation *l, double length, Arrived *a)
+/* tangent k and the one after it; 0 where that has no derivative */
+static int arrive_pair(const Run *r, Tangents *tangents, int k, double length, int at_event, Arrived *a)
 {
+    const Variation *l = variation_of(tangents, k);
     const double s = variation_variable(r, l, length);
-    for (int i = 0; i < MODEL_NX; i++) {
-        Pair sum = PAIR_ZERO;
-        for (int m = l->order; m >= 0; m--)
-            sum = sum * s + l->x[i][m];
-        a->along[i] = sum;
-    }
+    for (int i = 0; i < MODEL_NX; i++)
+        a->along[i] = pair_value(l->x[i], l->order, s);
+    a->shift = (Shift){.untimed = 1};
+    if (!at_event) return 1;
+    if (r->segment_rests < 0) return event_shift(r, l, a->s, s, &a->shift);
+    a->shift = (Shift){.speed = NAN, .speed_change = {NAN, NAN}};
+    for (int n = 0; n < PAIR && k + n < tangents->count; n++)
+        a->shift.later[n] = cimag(tangents->list[k + n].rest) / EPS;
+    return 1;
 }
 
-/* to the end of the step; 0 where that has no derivative */
-static int follow(const Run *r, Tangents *tangents, int k, const Arrived *a, double length, int at_event)
+/* to the end of the step */
+static void follow(const Run *r, Tangent *t, int lane, const Arrived *a, double length, int at_event)
 {
-    Tangent *t = &tangents->list[k];
-    const Variation *l = variation_of(tangents, k);
-    Shift shift = {.untimed = 1};
-    const int rests = at_event ? r->segment_rests : -1;
-    if (rests >= 0) shift = (Shift){.later = cimag(t->rest) / EPS, .speed = NAN, .speed_change = NAN};
-    if (at_event && rests < 0 && !event_shift(r, l, k % PAIR, a->s, variation_variable(r, l, length), &shift)) return 0;
+    const Shift *shift = &a->shift;
     const double rate = r->segment_rooted ? 2.0 * a->s : 1.0; /* of time by s */
     const double started = cimag(t->at.time) / EPS;
-    const double later = !shift.untimed ? shift.later : started == 0.0 ? 0.0 : -started / rate;
+    const double later = !shift->untimed ? shift->later[lane] : started == 0.0 ? 0.0 : -started / rate;
     const Real since = length + EPS * rate * later * _Complex_I;
-    t->untimed = at_event && shift.untimed;
-    t->corner |= shift.corner;
-    t->speed = shift.speed;
-    t->speed_change = shift.speed_change;
+    t->untimed = at_event && shift->untimed;
+    t->corner |= shift->corner[lane];
+    t->speed = shift->speed;
+    t->speed_change = shift->speed_change[lane];
     for (int i = 0; i < MODEL_NX; i++)
-        t->at.x[i] = a->x[i] + EPS * (a->along[i][k % PAIR] + a->slope[i] * later) * _Complex_I;
+        t->at.x[i] = a->x[i] + EPS * (a->along[i][lane] + a->slope[i] * later) * _Complex_I;
     for (int i = 0; i < MODEL_NU; i++)
         t->at.u[i] += t->at.du[i] * since;
     t->at.time += since;
-    return 1;
 }
 
 void tangents_choose(const Run *r, Tangents *tangents)
@@ -300,14 +305,14 @@ RunStatus tangents_move(Run *r, Tangents *tangents, double end, EventSink sink, 
     Arrived arrived;
     arrive(r, tangents, length, at_event, &arrived);
     for (int k = 0; k < tangents->count; k++) {
-        if (k % PAIR == 0) arrive_pair(r, variation_of(tangents, k), length, &arrived);
-        if (!follow(r, tangents, k, &arrived, length, at_event)) {
+        if (k % PAIR == 0 && !arrive_pair(r, tangents, k, length, at_event, &arrived)) {
             return run_fail(
                 r,
                 "the motion has no derivative at t = %.17g: it touches the bound of contact '%s' there without "
                 "crossing it, and neighbours may or may not. Start elsewhere, or change a parameter a little",
                 r->segment_start + length, falling_contact(r));
         }
+        follow(r, &tangents->list[k], k % PAIR, &arrived, length, at_event);
     }
     if (inside) {
         run_move_inside(r, end, length);

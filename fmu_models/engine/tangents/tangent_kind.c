@@ -11,5 +11,6 @@
 #include "../step/contact_forces.c"
 #include "../step/flow.c"
 #include "../step/cone_end.c"
+#include "../step/linear_factors.c"
 
 #include "../model/scalar_real.h"

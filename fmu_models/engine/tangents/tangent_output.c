@@ -34,10 +34,7 @@ static void states_inside(const Run *r, Tangents *tangents, double length)
         for (int k = 0; k < tangents->count; k += PAIR) {
             Variation *l = variation_of(tangents, k);
             const double at = variation_variable(r, l, length);
-            Pair derivative = PAIR_ZERO;
-            for (int m = l->order; m >= 0; m--)
-                derivative = derivative * at + l->x[i][m];
-            l->here[i] = derivative - rate * l->t[0];
+            l->here[i] = pair_value(l->x[i], l->order, at) - rate * l->t[0];
         }
     }
 }

@@ -3,9 +3,12 @@
  */
 #include "tangent_step.h"
 
+#include "../step/linear.h"
 #include "../step/reach.h"
 #include "../step/roots.h"
 #include "../step/taylor.h"
+#include "indicator_series.h"
+#include "linear_variation.h"
 
 /* where the series of the tangents start */
 static void load_variations(Tangents *tangents)
@@ -95,7 +98,8 @@ static void vary_series(const Run *r, Tangents *tangents, double ending)
     for (int k = 0; k < tangents->count; k += PAIR) {
         Variation *l = variation_of(tangents, k);
         l->ending = ending;
-        variation_series(r, l, taylor_order(r), vary_held, tangents);
+        variation_series(r, l, r->segment_linear ? 1 : taylor_order(r), vary_held, tangents);
+        if (r->segment_linear) linear_variation(r, tangents, k, 0);
     }
 }
 
@@ -196,7 +200,8 @@ static double shortest_length(Run *r, Tangents *tangents, double h)
         shortest = neighbour_reach(r, tangents, k, shortest);
     for (int k = 0; k < tangents->count; k++) {
         const Variation *l = variation_of(tangents, k);
-        power = k % PAIR == 0 ? pow(h, l->order - 1) : power;
+        const int sums = r->segment_linear && l->order == LINEAR_ORDER;
+        if (k % PAIR == 0) power = sums ? linear_power(r, h) : pow(h, l->order - 1);
         for (int i = 0; i < MODEL_NX; i++) {
             const PairSeries *x = &l->x[i];
             const int lane = k % PAIR;
@@ -245,14 +250,9 @@ double tangents_slope(const Run *r, Tangents *tangents, int i, double length)
 {
     const Variation *l = variation_of(tangents, 0);
     const double s = variation_variable(r, l, length);
-    double slope = 0.0;
-    if (l->ending > 0.0) {
-        /* series in time know the rates less well than the states, the more so the shorter they are */
-        return polynomial_value(tangents->rate[i], taylor_order(r) - 1, s);
-    }
-    for (int m = r->segment_order; m > 0; m--)
-        slope = slope * s + m * r->jets.x[i][m];
-    return slope;
+    /* series in time know the rates less well than the states, the more so the shorter they are */
+    if (l->ending > 0.0) return polynomial_value(tangents->rate[i], taylor_order(r) - 1, s);
+    return indicator_slope(r->jets.x[i], r->segment_order, s);
 }
 
 #include "../model/scalar_real.h"

@@ -6,6 +6,18 @@
 
 #include "pair.h"
 
+enum { LINEAR_CHANGES = MODEL_LINEAR ? Z_ROWS * Z_COLUMNS : 1 };
+
+/* of the factors of a mode (LinearMode) */
+typedef struct {
+    int known;
+    signed char state[NC];
+    short first[Z_ROWS + 1]; /* entry, of each row */
+    unsigned char column[LINEAR_CHANGES];
+    Pair rate[MODEL_ROOM(MODEL_NH)];
+    Pair factor[LINEAR_CHANGES][LINEAR_ORDER];
+} LinearChange;
+
 /* derivatives of what Jets and Point have under the same names */
 typedef struct {
     int moved;     /* a parameter has a derivative */
@@ -39,6 +51,7 @@ typedef struct {
     Pair here[MODEL_ROOM(MODEL_NX)];         /* of the states, at the time evaluated at */
     int bends;                               /* inverse has derivatives */
     Pair inverse[MODEL_ROOM(MODEL_NC)][MODEL_ROOM(MODEL_NC)]; /* of Sticking */
+    LinearChange change[LINEAR_MODES];                        /* where a parameter has a derivative */
 } Variation;
 
 /* who knows the derivatives of the matrix of the held contacts (Sticking) at the start of a step */

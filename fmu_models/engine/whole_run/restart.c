@@ -18,7 +18,7 @@ static void keep_message(Instance *m, Status status, const char *category, const
 
 static void no_importer(void) {}
 
-void *stickslip_open(char *message)
+RARE void *stickslip_open(char *message)
 {
     TRAPS_REST;
     return instance_new(MODEL_NAME, MODEL_TOKEN, 1, keep_message, no_importer, message, 0, 0);
@@ -37,7 +37,7 @@ Status whole_run_enter_initialization(Instance *m, const char *function, const R
     return STATUS_OK;
 }
 
-int stickslip_restart(void *instance, const RunStart *start)
+RARE int stickslip_restart(void *instance, const RunStart *start)
 {
     TRAPS_REST;
     Instance *m = instance;

@@ -120,7 +120,7 @@ int whole_run_engine_failed(Instance *m)
     return WHOLE_RUN_ERROR;
 }
 
-static int proceed(Instance *m, WholeRun *run)
+static CALLED int proceed(Instance *m, WholeRun *run)
 {
     Run *r = &m->core.run;
     int64_t reserve = whole_run_event_reserve(r);

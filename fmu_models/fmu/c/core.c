@@ -1,4 +1,4 @@
-/* The part of a model's library that whole runs reach, compiled in a third of the time: every function but those below
+/* The part of a model's library that whole runs reach, compiled in a fourth of the time: every function but those below
    belongs to this unit, so that what they do not call is left out before it is optimized. Functions of C's library are
    declared first, since they come from elsewhere. For compilers that know the attribute, which gcc does not. */
 #include <complex.h>
@@ -17,6 +17,7 @@
 #include <xmmintrin.h>
 #endif
 
+#define STICKSLIP_CORE
 #pragma clang diagnostic ignored "-Wunused-function"
 #pragma clang attribute push(__attribute__((internal_linkage)), apply_to = function)
 #include "all.c"

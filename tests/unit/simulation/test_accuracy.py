@@ -11,7 +11,7 @@ import pytest
 import sympy
 from scipy.integrate import solve_ivp
 
-from fmu_models import TIME, Coordinate, Coulomb, Friction, Mechanism, Parameter, load
+from fmu_models import TIME, Coordinate, Coulomb, Friction, Mechanism, Parameter, load, simulate
 from fmu_models.base.errors import StickslipError
 from fmu_models.codegen.package import built
 from fmu_models.fmu.fmu import Fmu
@@ -53,6 +53,14 @@ def test_the_estimate_is_near_the_error(name, end, arguments, known, digits):
         assert estimate.end[state] <= 30 * error + 1e-12 * size
     assert estimate.apart is None and not estimate.refused
     assert min(estimate.seconds) > 0.0
+
+
+def test_a_finer_run_takes_the_series_that_sums_stand_for():
+    """Whose steps are shorter: sums have more orders. Both are right."""
+    fmu = Fmu.open(built("discontinuous_support"))
+    sums, series = (simulate(fmu, 60.0, tolerance=tolerance) for tolerance in (1e-14, 1e-15))
+    assert series.steps >= 1.2 * sums.steps
+    assert max(np.abs(sums[state] - series[state]).max() for state in fmu.states) < 1e-12
 
 
 def test_closed_form_of_the_free_decay():

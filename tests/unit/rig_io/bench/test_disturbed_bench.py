@@ -24,9 +24,11 @@ SIZES = {
     **{"offset": 1e-3, "drift": 1e-3, "zero": 5e-3, "laser_bend": 0.02, "vibration": 1e-3, "walk": 1e-3, "late": 0.01},
     **{"spring": 2.0, "damping": 0.05, "drive_encoder": 0.02, "clock": 1e-2, "lost": 3, "body_encoder": 0.02},
     **{"bearing": 0.02, "draft": 0.02, "rocking": 0.02, "magnet": 0.02, "cable": 0.1, "aliasing": 1e-3},
-    **{"laser_gain": 5e-3, "overflow": 256, "stamps": 1e-2, "belt": 0.02},
+    **{"laser_gain": 5e-3, "overflow": 256, "stamps": 1e-2, "belt": 0.02, "backlash": 5e-3},
+    **{"settling": 1e-3},
 }
 UNKNOWN = {"bearing": 2e-3, "draft": 1e-3, "rocking": 3e-3, "magnet": 8e-3, "aliasing": 1e-4, "stamps": 1e-3}
+UNKNOWN |= {"backlash": 1e-3, "settling": 2e-4}
 RULED = Encoder(line_error=0.0)
 PLAIN = Emulation("a", duration=4.0, laser=Laser(0.0, 0.0, 0.0), encoder=RULED, drive_encoder=RULED, ripple=None)
 
@@ -45,6 +47,7 @@ def test_a_disturbance_changes_the_log_that_it_is_of(name: str) -> None:
         "overflow": "drive0",
         "body_encoder": "encoder",
         "lost": "encoder",
+        "backlash": "encoder",
     }
     if name in counts:
         assert changed and all(one.startswith(counts[name]) for one in changed)
@@ -58,6 +61,16 @@ def test_a_belt_takes_its_share_of_what_the_motor_turns() -> None:
     on_motor = replace(PLAIN, drive_encoder=replace(RULED, ratio=3.0))
     still, creeping = (np.ptp(emulated(on_motor, belt=creep).column("drive0_count")) for creep in (0.0, 0.02))
     assert creeping == pytest.approx(1.02 * still, abs=1)
+
+
+def test_a_play_is_said_and_no_clock_is_blamed() -> None:
+    (said,) = pool(bench(backlash=1e-3)).warnings
+    assert "coupling, or what the laser looks at, has play of 1." in said and "started apart" not in said
+
+
+def test_a_laser_that_settles_makes_no_torque() -> None:
+    decay = fit_free_decay(emulated(free_decay(duration=15.0), settling=2e-4))
+    assert decay.pull == 0 and not decay.warnings
 
 
 def test_a_bent_spring_and_drag_swing_as_stated() -> None:
@@ -94,5 +107,5 @@ def test_a_walk_is_taken_off_with_what_it_leaves_of_the_zero() -> None:
 
 
 def test_a_wrong_name_lists_them_all() -> None:
-    with pytest.raises(StickslipError, match=r"'tide' \(once, .*stamps, belt\)"):
+    with pytest.raises(StickslipError, match=r"'tide' \(once, .*stamps, belt, backlash, settling\)"):
         Disturbances.said(["tide=1"])

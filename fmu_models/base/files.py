@@ -109,32 +109,39 @@ def disk_error(error: OSError, path: str | os.PathLike[str]) -> WriteError:
 def seal(path: Path) -> None:
     """Keep the hash of a file beside it."""
     with write_whole(_seal_of(path), overwrite=True) as temporary:
-        temporary.write_text(_sha256(path), "ascii")
+        temporary.write_text(sha256(path), "ascii")
 
 
 def is_sealed(path: Path) -> bool:
     """Whether a file is there and is, to the last bit, the one that was sealed."""
     try:
-        return _seal_of(path).read_text("ascii") == _sha256(path)
+        return _seal_of(path).read_text("ascii") == sha256(path)
     except (OSError, UnicodeDecodeError):
         return False
 
 
-def sealed_text(path: Path, make: Callable[[], str]) -> str:
-    """The text of a sealed file, made anew where there is none or it is damaged; kept if it can be."""
+def sealed_bytes(path: Path, make: Callable[[], bytes]) -> bytes:
+    """The contents of a sealed file, made anew where there is none or it is damaged; kept if it can be."""
     if is_sealed(path):
-        return path.read_text("utf-8")
-    text = make()
+        return path.read_bytes()
+    contents = make()
     with suppress(StickslipError):
         with write_whole(path, overwrite=True) as temporary:
-            temporary.write_text(text, "utf-8")
+            temporary.write_bytes(contents)
         seal(path)
-    return text
+    return contents
+
+
+def sealed_text(path: Path, make: Callable[[], str]) -> str:
+    """As ``sealed_bytes``, for a text."""
+    return sealed_bytes(path, lambda: make().encode()).decode()
 
 
 def _seal_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.sha256")
 
 
-def _sha256(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+def sha256(path: Path) -> str:
+    """Hash of a file of any size."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,4 +1,5 @@
-"""modelDescription.xml of an FMU from somebody else: looked over, read by fmpy, checked, before a library is loaded.
+"""modelDescription.xml of an FMU from somebody else: looked over, read by fmpy, checked, before a library is loaded;
+kept in the user's cache as it was read, since fmpy and its parser take a seventh of a short command.
 
 What leaves it open which variable or file is meant refuses the FMU; everything else in which it departs from the
 standard is told (``problems``), since FMUs in use depart from it often.
@@ -7,14 +8,19 @@ standard is told (``problems``), since FMUs in use depart from it often.
 from __future__ import annotations
 
 import gc
+import io
 import math
+import pickle
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
 
+from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.files import sealed_bytes, sha256
 from fmu_models.fmu import fmi1
 
 if TYPE_CHECKING:
@@ -31,39 +37,72 @@ INTERFACES = ("ModelExchange", "CoSimulation", "ScheduledExecution")
 
 
 def read(path: Path, folder: Path) -> ModelDescription:
-    """The description of the FMU ``path`` that is unpacked in ``folder``. StickslipError: missing, unsafe or ill-formed
-    XML, another version of FMI than 1.0, 2.0 and 3.0, or a description that does not say which variables and files are
-    meant."""
-    from fmpy import read_model_description
+    """The description of the FMU ``path`` that is unpacked in ``folder``: objects with the fields of fmpy's.
 
-    xml = folder / "modelDescription.xml"
+    Raises:
+        StickslipError: missing, unsafe or ill-formed XML, another version of FMI than 1.0, 2.0 and 3.0, or a
+            description that does not say which variables and files are meant.
+    """
+    xml, build = folder / "modelDescription.xml", folder / "sources" / "buildDescription.xml"
     if not xml.is_file():
         deeper = next(folder.glob("*/modelDescription.xml"), None)
         hint = f" It lies in '{deeper.parent.name}': pack the folder's contents, not the folder." if deeper else ""
         raise StickslipError(f"'{path}' is not an FMU: it holds no modelDescription.xml.{hint}")
+    readers = (Path(__file__), Path(fmi1.__file__))
+    hashes = [sha256(file) for file in (*readers, xml, build) if file.is_file()]
+    kept = cache_folder() / "descriptions" / digest(metadata.version("fmpy"), *hashes)
+    with _no_collection():
+        return _Reader(io.BytesIO(sealed_bytes(kept, lambda: _pickled(path, xml, build)))).load()
+
+
+class _Kept:
+    """An object of a description: fmpy's, by its fields alone."""
+
+    instantiationToken: Any
+
+    @property
+    def guid(self) -> Any:
+        """What a description of fmpy has beside its fields."""
+        return self.instantiationToken
+
+
+class _Reader(pickle.Unpickler):
+    """Makes objects of a description, and nothing else that a file could name."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """The class that stands for one of fmpy's."""
+        if module == "fmpy.model_description":
+            return type(name, (_Kept,), {})
+        raise pickle.UnpicklingError(f"a description holds no {module}.{name}")
+
+
+def _pickled(path: Path, xml: Path, build: Path) -> bytes:
+    from fmpy import read_model_description
+
     outline = _Outline(f"'{path}': modelDescription.xml")
     outline.check(xml)
-    if (build := folder / "sources" / "buildDescription.xml").is_file():
+    if build.is_file():
         _look_over(build, f"'{path}': buildDescription.xml", lambda *_: None)
     try:
-        with _no_collection():
-            description = read_model_description(str(folder), validate=False)
-            if outline.fmi == 1:
-                fmi1.complete(description, xml)
-            _check(path, description)
+        description = read_model_description(str(xml.parent), validate=False)
+        if outline.fmi == 1:
+            fmi1.complete(description, xml)
+        for interface, attributes in (
+            (description.modelExchange, outline.interfaces.get("ModelExchange")),
+            (description.coSimulation, outline.interfaces.get("CoSimulation")),
+        ):
+            # fmpy knows the attribute by its name in FMI 2 only
+            if interface is not None and attributes and "providesDirectionalDerivatives" in attributes:
+                interface.providesDirectionalDerivative = attributes["providesDirectionalDerivatives"] in ("true", "1")
+        _check(path, description)
+        for variable in description.modelVariables:
+            variable._python_type = None  # a function, which is not kept
+        return pickle.dumps(description)
     except StickslipError:
         raise
     except Exception as error:  # fmpy raises whatever its parser raised
         reason = error if str(error) and not isinstance(error, KeyError) else f"{type(error).__name__} {error}".strip()
         raise StickslipError(f"'{path}': modelDescription.xml cannot be read: {reason}") from error
-    for interface, attributes in (
-        (description.modelExchange, outline.interfaces.get("ModelExchange")),
-        (description.coSimulation, outline.interfaces.get("CoSimulation")),
-    ):
-        # fmpy knows the attribute by its name in FMI 2 only
-        if interface is not None and attributes and "providesDirectionalDerivatives" in attributes:
-            interface.providesDirectionalDerivative = attributes["providesDirectionalDerivatives"] in ("true", "1")
-    return description
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import shutil
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.files import existing
+from fmu_models.base.files import existing, sha256
 from fmu_models.base.layout import SIGNALS
 from fmu_models.base.shown import Shown
 from fmu_models.base.temporary import claim_folder, release_folder
@@ -38,7 +37,7 @@ class Fmu(Shown):
     Attributes:
         path: the file it came from.
         folder: where it is unpacked, without the engine of one of this suite (``sources``).
-        description: modelDescription.xml as fmpy reads it.
+        description: modelDescription.xml in fmpy's terms, see ``description.read``.
         variables: every variable by name, in order of declaration.
     """
 
@@ -138,8 +137,7 @@ class Fmu(Shown):
         Raises:
             StickslipError: it is not there any more.
         """
-        with existing(self.path, "FMU").open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return sha256(existing(self.path, "FMU"))
 
     @property
     def ours(self) -> bool:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import io
+import pickle
 import re
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -97,13 +101,48 @@ def test_no_description(tmp_path: Path) -> None:
 
 
 def test_a_huge_description(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))  # where it was not read before
     monkeypatch.setattr(description, "MAX_XML", 200)
     refused(packed(tmp_path / "a.fmu"), "more than the 0 MB")
 
 
 def test_a_description_of_too_many_elements(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))  # where it was not read before
     monkeypatch.setattr(description, "MAX_TAGS", 5)
     refused(packed(tmp_path / "a.fmu"), "more than the 5 elements")
+
+
+FIRST = """
+import sys
+from fmpy import read_model_description
+from fmu_models.fmu.fmu import Fmu
+read = Fmu.open(sys.argv[1]).description
+theirs = read_model_description(sys.argv[1], validate=False)
+for one, other in [(read, theirs), *zip(read.modelVariables, theirs.modelVariables, strict=True)]:
+    for name in type(other).__slots__:
+        value = getattr(other, name, None)
+        if isinstance(value, str | int | float | None) and name != "__weakref__":
+            assert getattr(one, name, None) == value, name
+assert read.derivatives[0].variable is read.modelVariables[theirs.modelVariables.index(theirs.derivatives[0].variable)]
+assert read.guid == theirs.guid
+"""
+AGAIN = """
+import sys
+from fmu_models.fmu.fmu import Fmu
+assert Fmu.open(sys.argv[1]).states and "fmpy" not in sys.modules
+"""
+
+
+def test_a_description_is_kept_as_fmpy_reads_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
+    fmu = str(packed(tmp_path / "a.fmu"))
+    for script in (FIRST, AGAIN):
+        subprocess.run([sys.executable, "-c", script, fmu], check=True)
+
+
+def test_a_kept_description_names_no_code() -> None:
+    with pytest.raises(pickle.UnpicklingError, match=r"holds no builtins\.eval"):
+        description._Reader(io.BytesIO(pickle.dumps(eval))).load()
 
 
 def test_entities_in_the_build_description(tmp_path: Path) -> None:

@@ -55,8 +55,6 @@ double polynomial_value(const double *c, int n, double s)
     const double t = s * s * s;
     double first = 0.0, second = 0.0, third = 0.0;
     int k = n;
-    while (k > 0 && c[k] == 0.0) /* a body in free flight has three terms of many */
-        k--;
     for (; k % 3 != 0; k--)
         *(k % 3 == 1 ? &first : &second) = c[k];
     for (; k >= 3; k -= 3) {

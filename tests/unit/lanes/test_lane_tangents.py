@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import accumulate
 
 import numpy as np
 import pytest
@@ -16,14 +17,20 @@ from fmu_models.lanes.library import lanes_of
 from fmu_models.sections.strobe import Strobe
 
 
+def _from_the_start(derivatives: np.ndarray) -> np.ndarray:
+    """Derivatives (runs, rows, n, n) by the start, from those of each row by the one before: where a row begins at rest
+    on a stop, what becomes of directions that would leave it is rounding, and no motion arrives with them."""
+    return np.stack(list(accumulate(np.moveaxis(derivatives, 1, 0), lambda before, row: row @ before)), axis=1)
+
+
 @pytest.mark.parametrize("name", FAMILIES)
 def test_derivatives_over_ten_periods_are_those_of_the_series(name):
     system, jobs = family(name, 40, 10)
     jobs = dataclasses.replace(jobs, derivatives=True)
     lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
     assert lanes.in_lanes.sum() > 0.98 * lanes.steps.sum()
-    sizes = np.abs(series.derivatives).max(axis=(2, 3))
-    errors = np.abs(lanes.derivatives - series.derivatives).max(axis=(2, 3)) / sizes
+    made, right = (_from_the_start(rows.derivatives) for rows in (lanes, series))
+    errors = np.abs(made - right).max(axis=(2, 3)) / np.abs(right).max(axis=(2, 3))
     assert np.median(errors) < 1e-13
     assert errors.max() < 1e-10
     # the motion itself is the same with tangents as without, to the bit

@@ -33,6 +33,8 @@ MAX_DEPTH = 100
 MAX_INDICATORS = 1_000_000
 MAX_ELEMENTS = 10_000_000  # of one array variable
 MAX_IDENTIFIER = 200
+# what fmpy converts start values by, those of binary variables aside
+CONVERSIONS = {kind.__name__: kind for kind in (float, int, bool, str)}
 INTERFACES = ("ModelExchange", "CoSimulation", "ScheduledExecution")
 
 
@@ -52,7 +54,11 @@ def read(path: Path, folder: Path) -> ModelDescription:
     hashes = [sha256(file) for file in (*readers, xml, build) if file.is_file()]
     kept = cache_folder() / "descriptions" / digest(metadata.version("fmpy"), *hashes)
     with _no_collection():
-        return _Reader(io.BytesIO(sealed_bytes(kept, lambda: _pickled(path, xml, build)))).load()
+        description = _Reader(io.BytesIO(sealed_bytes(kept, lambda: _pickled(path, xml, build)))).load()
+    for variable in description.modelVariables:
+        if variable.type == "Binary":
+            variable._python_type = bytes.fromhex
+    return description
 
 
 class _Kept:
@@ -73,6 +79,8 @@ class _Reader(pickle.Unpickler):
         """The class that stands for one of fmpy's."""
         if module == "fmpy.model_description":
             return type(name, (_Kept,), {})
+        if module == "builtins" and name in CONVERSIONS:
+            return CONVERSIONS[name]
         raise pickle.UnpicklingError(f"a description holds no {module}.{name}")
 
 
@@ -96,7 +104,8 @@ def _pickled(path: Path, xml: Path, build: Path) -> bytes:
                 interface.providesDirectionalDerivative = attributes["providesDirectionalDerivatives"] in ("true", "1")
         _check(path, description)
         for variable in description.modelVariables:
-            variable._python_type = None  # a function, which is not kept
+            if variable.type == "Binary":
+                variable._python_type = None  # a function, which is not kept
         return pickle.dumps(description)
     except StickslipError:
         raise

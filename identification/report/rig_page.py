@@ -178,8 +178,8 @@ def _residual_sections(findings: RigFindings) -> list[str]:
     caption = "Residuals of the estimator: mean over the slip speed"
     caption += ", and correlation from value to value by log." if findings.evaluation is not None else "."
     power = (
-        f"Root mean square of the residual: {tables.shown(fit.rms_residual)} {fit.residual_unit}, {fit.values} values; "
-        f"correlation of neighbours {tables.shown(fit.autocorrelation)}."
+        f"Root mean square of the residual: {fit.rms_residual:.5g} {fit.residual_unit}, {fit.values} values; "
+        f"correlation of neighbours {fit.autocorrelation:.5g}."
     )
     figure = residual_figure(fit, findings.evaluation)
     white = tables.whiteness_table(fit)

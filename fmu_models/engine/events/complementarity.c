@@ -22,6 +22,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "../model/inlining.h"
 #include "lemke.h"
 
 enum { PATIENCE = 10, PROXIMAL_STEPS = 60 };

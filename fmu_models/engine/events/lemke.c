@@ -14,6 +14,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "../model/inlining.h"
+
 typedef struct {
     int rows;
     int width;     /* rows + 2: the nonbasic ones, then the constant */

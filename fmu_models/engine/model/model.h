@@ -21,22 +21,9 @@
  */
 #pragma once
 
-/* a function that is never made part of its caller */
-#if defined(__GNUC__)
-#define CALLED __attribute__((noinline, unused))
-#else
-#define CALLED
-#endif
-
 #include "../model_sizes.h" /* generated: MODEL_NQ ... below, and MODEL_NAME, MODEL_TOKEN */
 
-/* a function that runs of small models seldom reach, left as it stands where their core is built (fmu/c/core.c); of
-   many contacts, and at impacts, all that selects states is reached often */
-#if defined(STICKSLIP_CORE) && MODEL_NC <= 2 && !MODEL_IMPACTS
-#define RARE __attribute__((noinline, optnone))
-#else
-#define RARE
-#endif
+#include "inlining.h"
 
 /*
  * MODEL_NQ   coordinates                  MODEL_NV   velocities, or all states of a system without a body

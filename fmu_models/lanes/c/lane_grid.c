@@ -1,6 +1,7 @@
 /* The numbers of one motion's flow, its steps of a grid among them. */
 #include "lane_grid.h"
 
+#include "lane_held.h"
 #include "lane_modes.h"
 
 /* modes whose rate is so many times that of the slowest still have a step of the grid */
@@ -25,11 +26,40 @@ static void home_step(const LaneTable *t, const Full *f, HomeStep *s)
     }
 }
 
-static void home_make(const LaneTable *t, const Full *f, HomeStep *s)
+/* of a step of length h: what a guard is beyond its terms of order n - 1, at most, over the states that it reads on the way;
+   the rest is returned */
+static double beyond(const LaneTable *t, const Full *f, int c, int n, double factor, double *over)
 {
+    double bound[MODEL_NX];
+    const double rest = row_bound(t, f, f->guard[lanes_home_guard[c]], n, t->h, bound);
+    for (int e = lanes_bound_first[c]; e < lanes_bound_first[c + 1]; e++)
+        over[e] = factor * bound[lanes_bound_column[e]];
+    return factor * rest;
+}
+
+static void home_slopes(const LaneTable *t, const LaneMode *m, HomeStep *s, int c)
+{
+    const int g = lanes_home_guard[c];
+    const double third = t->h / 3.0;
+    double z[LANES_Z] = {0.0}, size;
+    for (int k = 0; k <= lane_point(t->steps); k++) {
+        memcpy(z + MODEL_NX, t->phasor[k], 2 * LANES_HARMONICS * sizeof *z);
+        s->slope_constant[k][c] = third * guard_rate(t, m, z, g, &size);
+    }
+    for (int e = lanes_bound_first[c]; e < lanes_bound_first[c + 1]; e++) {
+        double rate = 0.0;
+        for (int i = 0; i < MODEL_NX; i++)
+            rate += m->full.guard[g][i] * m->full.flow[i][lanes_bound_column[e]];
+        s->slope[e] = third * rate;
+    }
+}
+
+static void home_make(const LaneTable *t, const LaneMode *m, HomeStep *s)
+{
+    const Full *f = &m->full;
+    const double square = t->h * t->h;
     home_step(t, f, s);
     for (int c = 0; c < LANES_HOME_GUARDS; c++) {
-        double bound[MODEL_NX];
         const double *row = f->guard[lanes_home_guard[c]];
         for (int e = lanes_home_first[c]; e < lanes_home_first[c + 1]; e++)
             s->guard[e] = row[lanes_home_column[e]];
@@ -39,10 +69,9 @@ static void home_make(const LaneTable *t, const Full *f, HomeStep *s)
                 sum += row[MODEL_NX + j] * t->phasor[k][j];
             s->guard_constant[k][c] = sum;
         }
-        const double square = 0.125 * t->h * t->h;
-        s->bound_constant[c] = square * row_bound(t, f, row, 2, t->h, bound);
-        for (int e = lanes_bound_first[c]; e < lanes_bound_first[c + 1]; e++)
-            s->bound[e] = square * bound[lanes_bound_column[e]];
+        s->bound_constant[c] = beyond(t, f, c, 2, 0.125 * square, s->bound);
+        s->tail_constant[c] = beyond(t, f, c, 4, square * square / 384.0, s->tail);
+        home_slopes(t, m, s, c);
     }
 }
 
@@ -130,7 +159,7 @@ int table_make(LaneTable *t, const double *p, const double *u, double period)
     t->h = period / t->steps;
     table_phasors(t, &r);
     for (int n = 0; n < homes; n++)
-        if (t->mode[home[n]].home >= 0) home_make(t, &t->mode[home[n]].full, &t->home[n]);
+        if (t->mode[home[n]].home >= 0) home_make(t, &t->mode[home[n]], &t->home[n]);
     t->usable = 1;
     return 1;
 }

@@ -9,6 +9,7 @@ typedef struct {
 /* numbers of the steps of a group in one home mode, a column per motion */
 typedef struct {
     V step[LANES_STEP], guard[LANES_NHOME], bound[LANES_NBOUND], bound_constant[LANES_NHG];
+    V slope[LANES_NBOUND], slope_constant[LANES_POINTS][LANES_NHG], tail[LANES_NBOUND], tail_constant[LANES_NHG];
     struct {
         V forced[MODEL_NX], guard_constant[LANES_NHG];
     } at[LANES_POINTS];
@@ -37,16 +38,23 @@ static __attribute__((noinline)) void NAME(settle)(Pool *pool, int64_t slot, int
         AT(to->step[e], l) = s->step[e];
     for (int e = 0; e < LANES_HOME_ENTRIES; e++)
         AT(to->guard[e], l) = s->guard[e];
-    for (int e = 0; e < LANES_BOUND_ENTRIES; e++)
+    for (int e = 0; e < LANES_BOUND_ENTRIES; e++) {
         AT(to->bound[e], l) = s->bound[e];
-    for (int c = 0; c < LANES_HOME_GUARDS; c++)
+        AT(to->slope[e], l) = s->slope[e];
+        AT(to->tail[e], l) = s->tail[e];
+    }
+    for (int c = 0; c < LANES_HOME_GUARDS; c++) {
         AT(to->bound_constant[c], l) = s->bound_constant[c];
+        AT(to->tail_constant[c], l) = s->tail_constant[c];
+    }
     for (int k = 0; k <= lane_point(t->steps); k++) {
         const int at = lane_point(LANES_GRID - t->steps + k);
         for (int i = 0; i < MODEL_NX && k < t->steps; i++)
             AT(to->at[at].forced[i], l) = s->forced[k][i];
-        for (int c = 0; c < LANES_HOME_GUARDS; c++)
+        for (int c = 0; c < LANES_HOME_GUARDS; c++) {
             AT(to->at[at].guard_constant[c], l) = s->guard_constant[k][c];
+            AT(to->slope_constant[at][c], l) = s->slope_constant[k][c];
+        }
     }
 }
 
@@ -114,6 +122,30 @@ static __attribute__((noinline)) void NAME(from_group)(Pool *pool, int64_t group
     }
 }
 
+/* lanes in which some guard may fall on the step of the grid from x, where guards are g0, to next, where they are g1: by
+   Bernstein's coefficients of the cubic through values and rates at both ends */
+static INLINE M NAME(may_meet)(const NAME(HomeColumns) * s, int at, const V *x, const V *next, const V *g0, const V *g1)
+{
+    (void)next; /* of a model without contacts */
+    V d0[LANES_NHG], d1[LANES_NHG], tail[LANES_NHG], size[MODEL_NX];
+    M found = NAME(none)();
+    for (int i = 0; i < MODEL_NX; i++)
+        size[i] = NAME(size)(x[i]);
+    for (int c = 0; c < LANES_HOME_GUARDS; c++) {
+        d0[c] = s->slope_constant[lane_point(at)][c];
+        d1[c] = s->slope_constant[lane_point(at + 1)][c];
+        tail[c] = s->tail_constant[c];
+    }
+    LANES_BOUND_SUMS(s->slope, x, d0);
+    LANES_BOUND_SUMS(s->slope, next, d1);
+    LANES_BOUND_SUMS(s->tail, size, tail);
+    for (int c = 0; c < LANES_HOME_GUARDS; c++) {
+        const V ends = NAME(least)(g0[c], g1[c]);
+        found |= ~(NAME(least)(ends, NAME(least)(g0[c] + d0[c], g1[c] - d1[c])) > tail[c]);
+    }
+    return found;
+}
+
 /* one step of the grid of a group: all of it, and back for those that a guard
    stops: the next step waits for no comparison */
 static INLINE void NAME(advance)(Pool *pool, int64_t group, int at)
@@ -145,6 +177,7 @@ static INLINE void NAME(advance)(Pool *pool, int64_t group, int at)
         LANES_BOUND_SUMS(s->bound, size, bound);
         for (int c = 0; c < LANES_HOME_GUARDS; c++)
             stopped |= here & ~(NAME(least)(g0[c], g1[c]) > bound[c]);
+        if (NAME(any)(stopped)) stopped &= NAME(may_meet)(s, at, x, next, g0, g1);
         for (int n = 0; n < pool->directions; n++) {
             for (int i = 0; i < MODEL_NX; i++)
                 next[i] = NAME(fill)(0.0);

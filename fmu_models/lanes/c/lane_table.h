@@ -3,7 +3,8 @@
  * is most of the time ("home") the exact step of a grid over the period.
  *
  *     z = (states, cos and sin of each harmonic);  x' = A z + a  on one mode, guards  R z + r >= 0
- *     home:  x(t + h) = exp(A h) x(t) + forced[k],  no guard falls if min(g0, g1) > h^2/8 max|g''|
+ *     home:  x(t + h) = exp(A h) x(t) + forced[k],  no guard falls if min(g0, g1) > h^2/8 max|g''|, nor if the cubic
+ *            through values and rates at both ends stays above h^4/384 max|g''''|
  *
  * In a mode with a stop that touches, the origin of the states is moved onto its wall ("shift"): the force of a stiff
  * stop would otherwise be the difference of two large numbers.
@@ -81,6 +82,9 @@ typedef struct {
     double step[LANES_STEP], forced[LANES_POINTS][MODEL_NX];
     double guard[LANES_NHOME], guard_constant[LANES_POINTS][LANES_NHG];
     double bound[LANES_NBOUND], bound_constant[LANES_NHG];
+    /* a third of a step of the rates of guards, and what these are beyond their terms of third order */
+    double slope[LANES_NBOUND], slope_constant[LANES_POINTS][LANES_NHG];
+    double tail[LANES_NBOUND], tail_constant[LANES_NHG];
 } HomeStep;
 
 typedef struct {

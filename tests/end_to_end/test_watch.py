@@ -175,6 +175,7 @@ def test_half_written_files_restarts_and_a_removed_folder(bench: Path) -> None:
         assert process.poll() is None
         (bench.parent / "away").rename(bench)
         written(bench, "run-2.csv", run(2), 2)
+        assert process.stdout is not None
         assert select.select([process.stdout], [], [], 90.0)[0]  # its line, which is printed last
         process.send_signal(signal.SIGINT)
         printed, said = process.communicate(timeout=60)

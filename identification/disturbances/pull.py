@@ -1,10 +1,10 @@
-"""k (1 + sum_n q_n (theta - theta_0)^n): something beside the spring pulls at the body at some angles, n = 1, 2, 3."""
+"""k (1 + sum_n q_n (theta - theta_0)^n): something beside the spring pulls at the body at some angles, n = 1 to 4."""
 
 from identification.disturbances.angle import POWER, middle_of_slips
 from identification.disturbances.disturbance import Disturbance
 from identification.disturbances.term import SPRING, DisturbanceTerm, Effect
 
-POWERS = (1, 2, 3)
+POWERS = (1, 2, 3, 4)
 PULL = Effect(
     "pull",
     POWER.formula,

@@ -280,7 +280,7 @@ def test_what_a_free_decay_shows_too_is_no_friction_at_an_angle() -> None:
     ready = pool(pulled)
     assert any("a magnet, a cable" in one for one in ready.warnings)
     fit = fit_friction(pulled)
-    # what the few terms of a pull leave of one so narrow goes with the angle cubed, as a laser's bend does
+    # what the terms of a pull leave of one so narrow goes with the angle cubed, as a laser's bend does
     assert [cause.name for cause in fit.causes] in (["pull"], ["pull", "laser-bend"])
     assert np.all(np.abs(off(fit)) < 4)
 

@@ -111,7 +111,7 @@ def console() -> Console:
     """The console on which results are printed for people."""
     from fmu_models.base.printable_console import PrintableConsole
 
-    printer = PrintableConsole(highlight=False)
+    printer = PrintableConsole(highlight=False, emoji=False)
     if not printer.is_terminal and "COLUMNS" not in os.environ:
         printer.width = 120  # a file or a pipe has no width of its own
     return printer

@@ -8,6 +8,7 @@ stand beside it.
 
 import ctypes
 import re
+import struct
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -70,6 +71,13 @@ class Declarations:
             fields = [f for field in self._bodies[name].split(";") if field.strip() for f in self._fields(field, name)]
             self._structures[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
         return self._structures[name]
+
+    def packing(self, name: str, first: str, last: str) -> tuple[struct.Struct, int]:
+        """How consecutive fields of a structure, numbers and pointers, are packed, and where the first one is."""
+        structure = self.structure(name)
+        names, types = zip(*structure._fields_, strict=True)
+        codes = (number._type_ for number in types[names.index(first) : names.index(last) + 1])
+        return struct.Struct("".join(codes)), getattr(structure, first).offset
 
     def _fields(self, declaration: str, structure: str) -> list[tuple[str, Any]]:
         """The fields of one declaration, such as ``const double *a, *b[N]``."""

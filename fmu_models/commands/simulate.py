@@ -93,7 +93,6 @@ def simulate(
     Example: stickslip simulate pump.fmu --set k=3 --isolate --time-limit 60 -o run.h5
     """
     from fmu_models.importer.experiment import perform, perform_with_error
-    from fmu_models.importer.second_run import perform_twice
     from fmu_models.report import run_summary
 
     files.check()
@@ -117,6 +116,8 @@ def simulate(
         if error:
             recording, estimate = perform_with_error(fmu, experiment, limits=limits, progress=advance)
         elif second_run:
+            from fmu_models.importer.second_run import perform_twice
+
             recording, second = perform_twice(fmu, experiment, limits=limits, progress=advance)
         else:
             recording = perform(fmu, experiment, limits=limits, progress=advance)

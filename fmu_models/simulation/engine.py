@@ -39,6 +39,7 @@ RUN = C.constants(prefix="WHOLE_RUN_")
 EVENT = np.dtype(C.structure("ContactEvent"))
 # an instant may need a thousand per contact: enough for 262; memory not written to costs nothing
 EVENT_CAPACITY = 1 << 18
+_pack_start = C.packing("RunStart", "n_initial", "tolerance")[0].pack_into
 LINE = 8  # numbers in a line of memory
 
 
@@ -158,10 +159,10 @@ class EngineInstance:
         layout, c = _layout(n), self._start
         if n > self._room:
             self._room, self._numbers = n, bytearray(layout.size or 1)
-            c.initial_values = self._where = address(self._numbers)
+            self._where = address(self._numbers)
         layout.pack_into(self._numbers, 0, *initial.values(), *initial)
-        c.n_initial, c.initial = n, self._where + 8 * n
-        c.start_time, c.tolerance = start_time, tolerance
+        where = self._where
+        _pack_start(c, 0, n, where + 8 * n, where, start_time, tolerance)
         return c
 
     def failure(self) -> StickslipError:

@@ -73,5 +73,5 @@ class Runs:
     def end(self, x: Vector, values: Iterable[float], times: Sequence[float]) -> Vector:
         """(n,) states at the last of the times, without derivatives. StickslipError: there is no run."""
         self._instance.restart(self._initial(x, values), times[0], self._tolerance)
-        request = whole_run.Request(np.array(times[1:], dtype=float), self._states)
-        return whole_run.run(self._engine, self._instance, request).values[-1]
+        later = np.array(times[1:], dtype=float)
+        return whole_run.run(self._engine, self._instance, later, self._states).values[-1]

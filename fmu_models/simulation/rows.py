@@ -60,7 +60,8 @@ class RunRows:
 
     def only(self, indices: Integers) -> RunRows:
         """The rows of some runs."""
-        messages = {k: self.messages[int(i)] for k, i in enumerate(indices) if int(i) in self.messages}
+        here = enumerate(indices.tolist()) if self.messages else ()
+        messages = {k: self.messages[i] for k, i in here if i in self.messages}
         return RunRows(**{name: array[indices] for name, array in self.arrays().items()}, messages=messages)  # type: ignore[arg-type]
 
     @property

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import ctypes
 import zipfile
-from math import factorial
 from pathlib import Path
 from typing import Any
 
@@ -77,11 +76,12 @@ MODES = [1, 0, -1, 0, 1]  # slips, sticks and slips
 TABLE = {"m": 1.25, "k": 4.0, "c": 0.3, "f": 2.5, "x": 0.1, "v": 1.4, "F": 0.2, "u": 0.5}
 # derivatives of the inputs at the start, from the first on
 FORCE, BELT = (0.4, -3.0, 6.0), (-0.3, 0.5, -0.4)
+UNITS = "kg", "N/m", "N s/m", "N"
 TINY, ROOM = 1e-40, 5000
 
 
 def block(*, beside: bool) -> Mechanism:
-    m, k, c, f = (Parameter(name, TABLE[name], unit, name) for name, unit in zip("mkcf", ("kg", "N/m", "N s/m", "N")))
+    m, k, c, f = (Parameter(name, TABLE[name], unit, name) for name, unit in zip("mkcf", UNITS, strict=True))
     F, u = Input("F", TABLE["F"], "N", "force"), Input("u", TABLE["u"], "m/s", "speed of the belt")
     x = Coordinate("x", "m", "place", velocity="v", start=TABLE["x"], v_start=TABLE["v"])
     angle = Coordinate("angle", "rad", "angle of a pendulum", velocity="turn", start=0.3)
@@ -159,7 +159,7 @@ class Exact:
             points += [expm(rates * (t - now)) @ z for t in times if began <= t < until]
             if until == np.inf:
                 break
-            row = min(self.falls[mode], key=lambda row: abs(row @ expm(rates * (until - now)) @ z))  # noqa: B023
+            row = min(self.falls[mode], key=lambda row: abs(row @ expm(rates * (until - now)) @ z))
             t: Any = until - now
             for _ in range(12):
                 then = expm(rates * t) @ z

@@ -1,5 +1,6 @@
 """The entry point of the command: ready for an interrupt before anything else is imported."""
 
+import atexit
 import gc
 import os
 import signal
@@ -13,7 +14,9 @@ def main() -> None:
     ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if ours:
         signal.signal(signal.SIGINT, _leave)
-    gc.disable()  # what is imported stays: nothing to collect
+    gc.set_threshold(50_000)  # what is imported stays, and to look for garbage in it takes longer than most commands;
+    atexit.register(gc.freeze)  # at the end too
+    os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")  # its threads wait asleep, where they would spin for 30 ms
     # imported here and not above, where an interrupt could not be answered
     from fmu_models.base.help_pages import with_pages
 
@@ -22,7 +25,6 @@ def main() -> None:
         from identification.commands import application
 
         asked = application.only(sys.argv[1:])
-        gc.enable()
         if ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         console.run(asked)

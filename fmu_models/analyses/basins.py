@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from fmu_models.analyses.attractors import UNDECIDED
 from fmu_models.analyses.clouds import ChaoticTransient
 from fmu_models.analyses.declaration import STATES, WATCHED, Analysis
-from fmu_models.analyses.labels import COARSE, Attractor, Labeller, watched
+from fmu_models.analyses.labels import COARSE, FAILED, INFINITE, Attractor, Labeller, watched
 from fmu_models.analyses.uncertainty import uncertainty_exponent
 from fmu_models.analyses.unforced import LONGEST, MOST, Most, mirror_images
 from fmu_models.base.arrays import Integers, Vector
@@ -173,11 +173,10 @@ def grid_of(
     for name, coordinates in values.items():
         for extreme in (coordinates.min(), coordinates.max()):
             system.start({name: float(extreme)})
-    grid = np.meshgrid(*values.values(), indexing="ij")
-    starts = np.tile(base, (grid[0].size, 1))
-    for name, coordinates in zip(values, grid, strict=True):
-        starts[:, list(system.states).index(name)] = coordinates.ravel()
-    return values, starts
+    starts = np.tile(base, (*map(len, values.values()), 1))
+    for name, coordinates in zip(values, np.meshgrid(*values.values(), indexing="ij", sparse=True), strict=True):
+        starts[..., list(system.states).index(name)] = coordinates
+    return values, starts.reshape(-1, len(base))
 
 
 def basins(
@@ -222,8 +221,8 @@ def _mapped(
     order = sorted(
         range(len(attractors)), key=lambda i: (attractors[i].period == 0, attractors[i].time, *attractors[i].points[0])
     )
-    labels, position = told_labels.labels.copy(), np.argsort(order)
-    labels[labels >= 0] = position[labels[labels >= 0]]
+    # as indices those that are no attractor's count from the end
+    labels = np.array([*np.argsort(order).tolist(), FAILED, INFINITE, UNDECIDED])[told_labels.labels]
     ordered = tuple(attractors[i] for i in order)
     failures = {tuple(map(int, np.unravel_index(i, shape))): text for i, text in told_labels.messages.items()}
     mirrored = mirror_images(system, ordered) if isinstance(system, Strobe) and system.autonomous else ()

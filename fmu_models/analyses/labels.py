@@ -34,6 +34,8 @@ from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
 
 INFINITE, FAILED = -2, -3  # labels beside UNDECIDED
+ENDED = np.full(len(families.OUTCOMES), UNDECIDED)  # by outcome, labels of the runs that end without an attractor
+ENDED[[families.ESCAPED, families.LOST, families.BROKEN]] = INFINITE, FAILED, FAILED
 UNLABELLED = {UNDECIDED: "undecided", INFINITE: "to infinity", FAILED: "failed"}
 COARSE = 64  # starts that look for attractors first
 
@@ -101,19 +103,20 @@ class Labeller:
         absorb(self.attractors, starts, labels, steps, self.runner.workers, **how)
         mapped = np.flatnonzero(labels == UNDECIDED)
         periodic, targets = self._known()
-        known = np.array([self.attractors.index(motion) for motion in periodic], np.int64)
+        known = np.array([*map(self.attractors.index, periodic), UNDECIDED])  # the last one is that of no orbit, -1
 
         def map_some(first: int, chunk: RunRows) -> None:
-            decided, indices = _ended(chunk), mapped[first : first + len(chunk.filled)]
-            decided[chunk.orbits >= 0] = known[chunk.orbits[chunk.orbits >= 0]]
-            labels[indices], steps[indices] = decided, steps[indices] + chunk.steps
+            indices = mapped[first : first + len(chunk.filled)]
+            labels[indices] = decided = np.where(chunk.orbits >= 0, known[chunk.orbits], ENDED[chunk.outcomes])
+            steps[indices] += chunk.steps
             open_ = np.flatnonzero((decided == UNDECIDED) & (chunk.filled > 0))
             open_indices.append(indices[open_])
-            ends.append(chunk.ends[open_])
+            ends.append(chunk.only(open_).ends)
             messages.update({int(indices[i]): text for i, text in chunk.messages.items()})
 
         if mapped.size:
-            self.runner.each(Jobs(starts[mapped], targets=targets, **how), map_some, quiet=quiet)
+            some = starts[mapped] if mapped.size < len(starts) else starts
+            self.runner.each(Jobs(some, targets=targets, **how), map_some, quiet=quiet)
         undecided = np.concatenate(open_indices)
 
         def settle_some(first: int, chunk: RunRows) -> None:
@@ -148,7 +151,7 @@ class Labeller:
     def _decide(self, rows: RunRows) -> Integers:
         """Labels of the runs that repeat themselves; motions that are not known yet are added."""
         system, attractors = self.system, self.attractors
-        labels = _ended(rows)
+        labels = ENDED[rows.outcomes]
         indices = np.flatnonzero((rows.outcomes == families.SETTLED) | (rows.outcomes == families.FINISHED))
         if not indices.size:
             return labels
@@ -177,14 +180,6 @@ def watched(subject: Subject) -> SectionSystem:
     if isinstance(system, Strobe) and system.unforced and not system.autonomous:  # steps of no meaning to it
         return strobe_of(system)
     return system
-
-
-def _ended(rows: RunRows) -> Integers:
-    """Labels of the runs that end without an attractor."""
-    labels = np.full(len(rows.outcomes), UNDECIDED)
-    labels[rows.outcomes == families.ESCAPED] = INFINITE
-    labels[(rows.outcomes == families.BROKEN) | (rows.outcomes == families.LOST)] = FAILED
-    return labels
 
 
 def _at(attractors: Sequence[Attractor]) -> list[PeriodicMotion]:

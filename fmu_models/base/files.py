@@ -137,6 +137,15 @@ def sealed_text(path: Path, make: Callable[[], str]) -> str:
     return sealed_bytes(path, lambda: make().encode()).decode()
 
 
+def stamps(folder: str | os.PathLike[str]) -> Iterator[str]:
+    """Path, size and time of each file in a folder and below it, but of those that Python compiled."""
+    for entry in os.scandir(folder):
+        if entry.is_dir():
+            yield from stamps(entry.path)
+        elif not entry.name.endswith(".pyc"):
+            yield f"{entry.path}\n{entry.stat().st_size} {entry.stat().st_mtime_ns}"
+
+
 def _seal_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.sha256")
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
-from fmu_models.base.files import sealed_text
+from fmu_models.base.files import sealed_text, stamps
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -76,7 +76,7 @@ def _page(arguments: Sequence[str]) -> Path | None:
     # the terminal of Windows is not written to alone
     if len(arguments) not in (1, 2) or arguments[-1] not in ("--help", "-h") or os.name == "nt":
         return None
-    files = sorted(line for package in PACKAGES for line in _files(ROOT / package))
+    files = sorted(line for package in PACKAGES for line in stamps(ROOT / package))
     name = f"{os.sep}{arguments[0]}.py\n"
     if len(arguments) == 2 and not any(f"commands{name}" in line or f"analyses{name}" in line for line in files):
         return None  # of an installed package, which may change
@@ -87,15 +87,6 @@ def _page(arguments: Sequence[str]) -> Path | None:
     key = digest(sys.version, *arguments, *files, *installed, *terminal, *environment)
     with suppress(StickslipError):
         return cache_folder() / "help" / f"{key}.txt"
-
-
-def _files(folder: str | os.PathLike[str]) -> Iterator[str]:
-    """Path, size and time of each Python file."""
-    for entry in os.scandir(folder):
-        if entry.is_dir():
-            yield from _files(entry.path)
-        elif entry.name.endswith(".py"):
-            yield f"{entry.path}\n{entry.stat().st_size} {entry.stat().st_mtime_ns}"
 
 
 def _width(stream: int) -> str:

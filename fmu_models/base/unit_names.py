@@ -14,13 +14,13 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import sealed_text
+from fmu_models.base.version import version_of
 
 if TYPE_CHECKING:
     import pint
@@ -149,7 +149,7 @@ def scale_of(unit: str, expected: str, where: str) -> tuple[float, float]:
 def _cached(compute: Callable[[], Any], *units: str) -> Any:
     """The result of ``compute`` for units, from the user's cache where it was computed before."""
     try:
-        key = digest(*units, metadata.version("pint"), Path(__file__).read_bytes())
+        key = digest(*units, version_of("pint"), Path(__file__).read_bytes())
         text = sealed_text(cache_folder() / "units" / f"{key}.json", lambda: json.dumps(compute()))
     except StickslipError:  # neither declarations nor logs need a cache
         return compute()

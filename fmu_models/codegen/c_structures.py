@@ -8,6 +8,7 @@ stand beside it.
 
 import ctypes
 import re
+import struct
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -70,6 +71,11 @@ class Declarations:
             fields = [f for field in self._bodies[name].split(";") if field.strip() for f in self._fields(field, name)]
             self._structures[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
         return self._structures[name]
+
+    def packing(self, name: str, first: str, last: str) -> struct.Struct:
+        """How consecutive fields of a structure are packed, numbers and pointers."""
+        names, types = zip(*self.structure(name)._fields_, strict=True)
+        return struct.Struct("".join(t._type_ for t in types[names.index(first) : names.index(last) + 1]))
 
     def _fields(self, declaration: str, structure: str) -> list[tuple[str, Any]]:
         """The fields of one declaration, such as ``const double *a, *b[N]``."""

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -22,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import sealed_text
+from fmu_models.base.version import version_of
 from fmu_models.language import laws
 from fmu_models.language.law_parameter import LawParameter, declared_in
 
@@ -98,7 +98,7 @@ def own_laws() -> dict[str, LawFunctions]:
     """The functions of those of our laws that have any, by the names of their files, fewest parameters first."""
     folder = Path(laws.__file__).parents[1]
     sources = [path.read_bytes() for path in (*sorted(folder.rglob("*.py")), Path(__file__))]
-    path = cache_folder() / "laws" / f"{digest(*sources, metadata.version('sympy'))}.py"
+    path = cache_folder() / "laws" / f"{digest(*sources, version_of('sympy'))}.py"
     functions = _run(sealed_text(path, lambda: "\n".join(_own_texts())))
     return {law.reference: law for law in sorted(functions, key=lambda law: (len(law.parameters), law.name))}
 

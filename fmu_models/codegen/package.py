@@ -22,18 +22,16 @@ import re
 import shutil
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
 from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError, nearest
-from fmu_models.base.files import is_sealed, refuse_existing, seal, write_whole
+from fmu_models.base.files import is_sealed, refuse_existing, seal, sealed_text, stamps, write_whole
 from fmu_models.base.temporary import temporary_folder
-from fmu_models.base.version import version
+from fmu_models.base.version import version, version_of
 from fmu_models.codegen.contents import texts_beside
 from fmu_models.codegen.rights import Rights
 from fmu_models.language.laws import LAWS
@@ -228,7 +226,9 @@ def prepared(
     name, options, lowered = _kept(model, contacts, laws, fmi_version, None)
     file = kept_folder(*options) / f"{name}.fmu"
     # no part alone by other compilers than ours, nor for Windows, where what is exported cannot belong to a unit
-    if is_sealed(file) or not compiler_for().cross or os.name == "nt":
+    if is_sealed(file):
+        return file, None
+    if not compiler_for().cross or os.name == "nt":
         return kept_as(name, options, lowered, fmi_version), None
     packed = file.parent / "sources" / file.name
     if not is_sealed(packed):
@@ -368,6 +368,9 @@ def _libraries(
     model: str, texts: Mapping[str, bytes | str], fmi_version: str, packaging: Packaging
 ) -> dict[str, bytes | str]:
     """Those of the archive by name; the compiler runs for as many platforms at once as there are processors."""
+    # brings logging, which what is kept does not need
+    from concurrent.futures import ThreadPoolExecutor, as_completed
+
     platforms, files = chosen_platforms(packaging.platforms), dict[str, bytes | str]()
     c_files = {name.removeprefix("sources/"): texts[name] for name in texts if name.endswith((".c", ".h"))}
     with temporary_folder("export") as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -389,7 +392,7 @@ def _libraries(
 
 def _sources_digest() -> str:
     """Hash of every file of this package that an FMU depends on, and of the versions of the tools."""
-    tools = (*(metadata.version(name) for name in ("fmpy", "sympy")), version(), compiler_for().name)
+    tools = (*(version_of(name) for name in ("fmpy", "sympy")), version(), compiler_for().name)
     return digest(_files_digest(), *tools)
 
 
@@ -397,6 +400,10 @@ def _sources_digest() -> str:
 def _files_digest() -> str:
     root = Path(__file__).parent.parent
     folders = ("base", "codegen", "engine", "language", "lowering", "oscillators", "toolchain")
-    files = sorted(path for folder in folders for path in (root / folder).rglob("*") if path.suffix != ".pyc")
-    texts = [text for path in files if path.is_file() for text in (str(path.relative_to(root)), path.read_bytes())]
-    return digest(*texts)
+    stamped = sorted(line for folder in folders for line in stamps(root / folder))
+
+    def contents() -> str:
+        files = [Path(line.partition("\n")[0]) for line in stamped]
+        return digest(*(text for path in files for text in (str(path.relative_to(root)), path.read_bytes())))
+
+    return sealed_text(cache_folder() / "sources" / f"{digest(*stamped)}.txt", contents)

@@ -105,7 +105,7 @@ Take = Callable[[int, RunRows], Any]
 Result = TypeVar("Result", bound=Tabular)
 
 AHEAD = 4  # chunks per worker that are under way or wait for one before them
-TICK = 0.05  # s between looks at the progress
+TICK = 0.2  # s between looks at the progress
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,10 @@ from fmu_models.base.cache import digest
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
 
-# steps of a section in a chunk, about: some 50 ms of work; of one that is stored or travels: at least (a cluster has
-# 10 ms of work with each) and at most, and how many chunks there are between these
-CHUNK = 5000
-FAR_CHUNK, MOST_CHUNK, FAR_CHUNKS = 40_000, 400_000, 250
+# steps of a section in a chunk at least, of one that is stored or travels (a cluster has 10 ms of work with each), and
+# at most: 3 ms of work with the smallest models; how many chunks there are between these; rows in one, at most
+CHUNK, FAR_CHUNK, MOST_CHUNK = 5000, 40_000, 400_000
+CHUNKS, ROWS = 64, 400_000
 EARLY = 50  # steps after which a run that may end early has ended, as a rule
 # how a run ended
 FINISHED, SETTLED, ABSORBED, ESCAPED, LOST, BROKEN, STOPPED = range(7)
@@ -108,10 +108,9 @@ class Jobs:
         if self.targets is not None or self.longest:
             steps = min(steps, EARLY)
         cost = max(1, steps * (1 + 2 * self.tangents))
-        least, least_far = CHUNK * pace, FAR_CHUNK * pace
-        target = min(max(least_far, len(self) * cost // FAR_CHUNKS), MOST_CHUNK) if far and pace else least
+        target = min(max(FAR_CHUNK if far else CHUNK, len(self) * cost // CHUNKS // max(pace, 1)), MOST_CHUNK) * pace
         if self.chain == 1:
-            size = max(together, target // cost, 1)
+            size = max(together, min(target // cost, ROWS // max(self.rows, 1)), 1)
             return [Chunk(begin, min(begin + size, len(self))) for begin in range(0, len(self), size)]
         links = [*range(0, self.block, self.beside * max(target // (self.beside * cost), 1)), self.block]
         return [

@@ -13,7 +13,6 @@ import math
 import pickle
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
@@ -21,6 +20,7 @@ from xml.parsers import expat
 from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError
 from fmu_models.base.files import sealed_bytes, sha256
+from fmu_models.base.version import version_of
 from fmu_models.fmu import fmi1
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def read(path: Path, folder: Path) -> ModelDescription:
         raise StickslipError(f"'{path}' is not an FMU: it holds no modelDescription.xml.{hint}")
     readers = (Path(__file__), Path(fmi1.__file__))
     hashes = [sha256(file) for file in (*readers, xml, build) if file.is_file()]
-    kept = cache_folder() / "descriptions" / digest(metadata.version("fmpy"), *hashes)
+    kept = cache_folder() / "descriptions" / digest(version_of("fmpy"), *hashes)
     with _no_collection():
         description = _Reader(io.BytesIO(sealed_bytes(kept, lambda: _pickled(path, xml, build)))).load()
     for variable in description.modelVariables:

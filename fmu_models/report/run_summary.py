@@ -17,7 +17,6 @@ from fmu_models.importer.experiment import NATIVE
 from fmu_models.importer.texts import shown
 from fmu_models.language.contact_kinds import CONTACT_STATES, RIGID_STATES
 from fmu_models.report import beside_summary
-from fmu_models.simulation.accuracy import COMPANIONS
 from fmu_models.simulation.trajectory import Event
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ def summary(
             name: dict(zip(("start", "end"), map(shown, ends), strict=True)) for name, ends in trajectory.texts.items()
         }
     if estimate:
-        content["error"] = dataclasses.asdict(estimate) | {"companions": COMPANIONS}
+        content["error"] = dataclasses.asdict(estimate) | {"companions": estimate.companions}
     if second:
         content["second_run"] = dataclasses.asdict(second) | {"agrees": second.agrees, "lasts": second.lasts}
         for row in content["second_run"]["variables"]:

@@ -26,7 +26,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -69,6 +69,8 @@ class ErrorEstimate(Shown):
         refused: companions that could not finish, with what stopped them.
         seconds: wall time of the run itself and of all companions, s.
     """
+
+    companions: ClassVar = COMPANIONS
 
     states: Mapping[str, float]
     end: Mapping[str, float]

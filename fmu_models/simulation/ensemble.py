@@ -96,7 +96,7 @@ def make_runs(
     kinds = {"derivatives": (extended, k)} if runs.jacobians else {"growth": k}
     # the engine writes the time since the last row behind each point
     rows = RunRows.empty(m, runs.rows, extended + 1, contacts, **kinds)  # type: ignore[arg-type]
-    messages = ctypes.create_string_buffer(max(1, m * _MESSAGE))
+    messages = np.zeros((m, _MESSAGE), np.uint8)
     targets = runs.known or Targets(np.empty((0, n)), np.empty((0, n, n)), *(np.empty(0, np.int64) for _ in range(3)))
     numbers = {
         **{name: getattr(runs, name) for name in ("values", "starts", "periods", "patience", "weights")},
@@ -124,7 +124,7 @@ def make_runs(
     c = _Ensemble(
         **{"n_runs": m, "n_rows": runs.rows, "n_known": len(targets.points), "n_directions": k},
         n_set=len(runs.references),
-        messages=ctypes.addressof(messages),
+        messages=messages.ctypes.data,
         lanes=lanes,
         **{name: getattr(where, name) for name in ("kind", "direction", "contact", "state", "level")},
         **{name: getattr(runs, name) for name in of_runs},
@@ -138,7 +138,7 @@ def make_runs(
     finally:
         engine.give(instance)
     for i in np.flatnonzero((rows.outcomes == OUTCOMES.BROKEN) | (rows.outcomes == OUTCOMES.UNFIT)):
-        text = messages.raw[i * _MESSAGE : (i + 1) * _MESSAGE].split(b"\0", 1)[0].decode("utf-8", "replace")
+        text = messages[i].tobytes().split(b"\0", 1)[0].decode("utf-8", "replace")
         if rows.outcomes[i] == OUTCOMES.UNFIT:
             raise StickslipError(text)
         rows.messages[int(i)] = text

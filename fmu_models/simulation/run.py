@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-import weakref
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -59,10 +58,9 @@ def simulate(
         StickslipError: unknown name, value out of its range, times out of order, an FMU of somebody else, or a motion
             that the engine cannot continue (the message says when and why).
     """
-    run = KeptRun(fmu, tolerance=tolerance)
-    values: dict[str, Any] = {"parameters": parameters, "start": start, "inputs": inputs}
-    times: dict[str, Any] = {"start_time": start_time, "output_times": output_times, "sides": sides}
-    return run(stop_time, **times, **values, progress=progress)
+    check_tolerance(tolerance)
+    values = parameters, start, inputs
+    return _trajectory(fmu, facts_of(fmu), tolerance, start_time, stop_time, values, output_times, sides, progress)
 
 
 @dataclass(frozen=True)
@@ -153,30 +151,35 @@ class KeptRun(Shown):
     ) -> Trajectory:
         """The run of ``simulate`` with these arguments. StickslipError: as for ``simulate``, after which the next run
         is as any other; or this was closed."""
-        model, span = self._facts, (start_time, stop_time)
-        if model is None:
+        if self._facts is None:
             raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")
-        check_span(*span)
-        times, values = checked_times(output_times, *span), (parameters, start, inputs)
-        return model.trajectory(
-            times, _rows(self.fmu, model, self.tolerance, span, values, times, progress, sides=sides)
-        )
+        given, values = (self.fmu, self._facts, self.tolerance), (parameters, start, inputs)
+        return _trajectory(*given, start_time, stop_time, values, output_times, sides, progress)
+
+
+def _trajectory(
+    fmu: Fmu, model: RunFacts, tolerance: float, start: float, stop: float, values: _Values,
+    output_times: ArrayLike | None, sides: bool, progress: Progress,
+) -> Trajectory:  # fmt: skip
+    """The run of ``simulate``; arguments in their order, since names cost time."""
+    check_span(start, stop)
+    times = checked_times(output_times, start, stop)
+    return model.trajectory(times, _rows(fmu, model, tolerance, (start, stop), values, times, progress, sides=sides))
 
 
 def _rows(
     fmu: Fmu, model: RunFacts, tolerance: float, span: tuple[float, float], values: _Values, times: Vector,
     progress: Progress, ends: Vector | None = None, recorded: NDArray[np.uint32] | None = None, sides: bool = False,
 ) -> whole_run.Result:  # fmt: skip
-    """The values of the recorded variables; arguments in their order, since names cost time. At ``ends`` steps have to
-    end beside where they would."""
+    """The values of the recorded variables. At ``ends`` steps have to end beside where they would."""
     initial, driven = settings_of(fmu, model, span, values, ends)
     stops = np.concatenate((times, [span[1]])) if times.item(-1) < span[1] else times
+    references = model.recorded if recorded is None else recorded
     engine = model.engine
     instance = engine.take()
-    request = whole_run.Request(stops, model.recorded if recorded is None else recorded, driven, sides)
     try:
-        instance.restart(initial, span[0], tolerance)
-        return whole_run.run(engine, instance, request, progress)
+        start = instance.start(initial, span[0], tolerance)
+        return whole_run.run(engine, instance, start, stops, references, driven, sides, progress)
     finally:
         engine.give(instance)
 
@@ -212,16 +215,17 @@ def _set(
     for name, value in values.items():
         if name not in settable:
             check_names(fmu, kind, values, settable)
-        if isinstance(value, Signal):
-            if kind != "input":
-                raise StickslipError(f"'{name}' is a {kind} and takes a number, found a Signal: only inputs change.")
-            signals[name] = value
-            continue
         reference, low, high = settable[name]
-        if not (isinstance(value, _PLAIN) and low <= value <= high):
+        if isinstance(value, _PLAIN) and low <= value <= high:
+            initial[reference] = value
+        elif not isinstance(value, Signal):
             check_names(fmu, kind, values, settable)
             check_value(fmu, name, value)
-        initial[reference] = value
+            initial[reference] = value
+        elif kind == "input":
+            signals[name] = value
+        else:
+            raise StickslipError(f"'{name}' is a {kind} and takes a number, found a Signal: only inputs change.")
     return signals
 
 
@@ -262,15 +266,14 @@ class RunFacts:
 
     def trajectory(self, times: Vector, result: whole_run.Result) -> Trajectory:
         """The trajectory of a run, by names."""
-        rows = result.values
-        values = Columns(rows if len(rows) == times.size else rows[: times.size], self._columns, self._n_real)
-        events = Events(result.events, self._contacts, self._rigid)
-        sides = None if result.sides is None else self._sides(result.sides, times[-1])
+        rows, happened, steps, evaluations, seconds, both = result
         made = object.__new__(Trajectory)  # what is frozen is written field by field otherwise: a tenth of a short run
-        made.__dict__.update(
-            time=times, values=values, units=self._units.copy(), events=events, steps=result.steps,
-            evaluations=result.evaluations, seconds=result.seconds, arrays={}, texts={}, sides=sides,
-        )  # fmt: skip
+        vars(made).update({
+            "time": times, "units": self._units.copy(), "steps": steps, "evaluations": evaluations, "seconds": seconds,
+            "values": Columns(rows if len(rows) == times.size else rows[: times.size], self._columns, self._n_real),
+            "events": Events(happened, self._contacts, self._rigid), "arrays": {}, "texts": {},
+            "sides": None if both is None else self._sides(both, times[-1]),
+        })  # fmt: skip
         return made
 
     def _sides(self, rows: Vector, last: float) -> Sides:
@@ -281,15 +284,13 @@ class RunFacts:
         return Sides(both[:, 0], Columns(both[:, 1:], self._columns, self._n_real))
 
 
-_all_facts: weakref.WeakKeyDictionary[Fmu, RunFacts] = weakref.WeakKeyDictionary()
-
-
 def facts_of(fmu: Fmu) -> RunFacts:
     if not isinstance(fmu, Fmu):
         raise StickslipError(f"An opened FMU is run here, found {fmu!r}. Load it first: fmu_models.load({fmu!r}).")
-    model = _all_facts.get(fmu)
+    kept = vars(fmu)  # beside what it has derived of itself
+    model = kept.get("_run_facts")
     if model is None:
-        model = _all_facts[fmu] = RunFacts(fmu)
+        model = kept["_run_facts"] = RunFacts(fmu)
     return model
 
 
@@ -349,10 +350,8 @@ def checked_times(values: ArrayLike | None, start: float, stop: float) -> Vector
     first, last = times.item(0), times.item(-1)
     # what is not a number is not in order either, and what is infinite comes first or last
     ascending = times.size == 1 or (times[1:] >= times[:-1]).all()
+    if ascending and start <= first and last <= stop and last < math.inf:
+        return times
     if not ascending or not (math.isfinite(first) and math.isfinite(last)):
         raise StickslipError("Output times must be finite and ascending. Sort them.")
-    if first < start or last > stop:
-        raise StickslipError(
-            f"Output times from {first:g} s to {last:g} s leave the run from {start:g} s to {stop:g} s."
-        )
-    return times
+    raise StickslipError(f"Output times from {first:g} s to {last:g} s leave the run from {start:g} s to {stop:g} s.")

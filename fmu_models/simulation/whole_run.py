@@ -1,9 +1,9 @@
 """The calls that make a whole run: what is asked of an instance, and what it gives."""
 
-import time
 from collections.abc import Callable, Iterator, Mapping
 from ctypes import Structure
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +16,10 @@ from fmu_models.simulation.signal import Knots
 SIDES = 256  # instants with events per call whose sides are recorded
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
 
+_DONE, _MORE = RUN.DONE, RUN.MORE
+_PACK = C.packing("WholeRun", "start", "n_events").pack_into
 _WholeRun = C.structure("WholeRun")
+_RunStart = C.structure("RunStart")
 _SensitivityRun = C.structure("SensitivityRun")
 NEAR_MISS = np.dtype(C.structure("NearMiss"))
 NEAR_MISSES = 1 << 14  # as many as a run of some thousand events can have; memory not written to costs nothing
@@ -62,30 +65,32 @@ class Result(NamedTuple):
 
 
 def run(
-    engine: Engine, instance: EngineInstance, request: Request, progress: Callable[[float], None] | None = None
-) -> Result:
-    """Make the run of an instance that was started. StickslipError: the engine cannot continue the motion."""
-    values = np.empty((request.times.size, request.references.size))
-    c = _filled(instance.whole_run, request, values)
-    c.next_time = c.next_knot = 0
-    chunks, parts, seconds = [], [], 0.0
-    room = np.full((SIDES, 2, 1 + request.references.size), np.nan) if request.sides else None
-    if room is not None:
-        c.sides, c.side_capacity = room.ctypes.data, SIDES
-    for took in _calls(engine.simulate, instance, c, c):
-        seconds += took
+    engine: Engine, instance: EngineInstance, start: int, times: Vector, references: NDArray[np.uint32],
+    inputs: tuple[NDArray[np.uint32], Knots] | None = None, sides: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Result:  # fmt: skip
+    """Make the run of a ``Request``, part by part, from an ``EngineInstance.start``, or from where the instance is if
+    that is 0. StickslipError: the engine refuses the start, or cannot continue the motion."""
+    values = np.empty((times.size, references.size))
+    c, call, handle = instance.whole_run, engine.simulate, instance.handle
+    room = np.full((SIDES, 2, 1 + references.size), np.nan) if sides else None
+    _fill(c, times, references, values, inputs, room, start)
+    chunks, parts, seconds, status = [], [], 0.0, _MORE
+    while status == _MORE:
+        c.n_events = c.n_sides = 0
+        started = perf_counter()
+        status = call(handle, c)
+        seconds += perf_counter() - started
         chunks.append(instance.events(c.n_events))
         if room is not None:
             parts.append(room[: c.n_sides].copy())
         if progress:
             progress(c.next_time / max(1, len(values)))
-    events = _joined(chunks)
-    sides = np.concatenate(parts) if parts else None
-    return Result(values, events, c.steps, c.evaluations, seconds, sides)
-
-
-def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    if status != _DONE:
+        raise instance.failure()
+    events = chunks[0] if len(chunks) == 1 else np.concatenate(chunks)
+    both = np.concatenate(parts) if parts else None
+    return tuple.__new__(Result, (values, events, c.steps, c.evaluations, seconds, both))  # by names it takes a us more
 
 
 def crossings(engine: Engine, instance: EngineInstance, request: Request, section: SectionRequest) -> Iterator[Vector]:
@@ -107,13 +112,13 @@ def _calls(
     call: Callable[[int, Any], int], instance: EngineInstance, c: Structure, run_structure: Structure
 ) -> Iterator[float]:
     """Call the engine until its run is done, and tell how long each call took, s."""
-    status = RUN.MORE
-    while status == RUN.MORE:
+    status = _MORE
+    while status == _MORE:
         run_structure.n_events = run_structure.n_sides = 0
-        started = time.perf_counter()
+        started = perf_counter()
         status = call(instance.handle, c)
-        yield time.perf_counter() - started
-    if status != RUN.DONE:
+        yield perf_counter() - started
+    if status != _DONE:
         raise instance.failure()
 
 
@@ -213,10 +218,11 @@ class Differentiator:
         """
         values = np.empty((request.times.size, request.references.size))
         derivatives = np.empty((*values.shape, self._directions.size))
-        c, run = self._request, _filled(self._run, request, values)
+        c, run = self._request, self._run
+        _fill(run, request.times, request.references, values, request.inputs)
         run.allowance = self._allowance
-        run.next_time = run.next_knot = c.started = 0
-        c.start = self._instance.start(initial, start_time, tolerance)
+        c.started = 0
+        c.start = _RunStart.from_address(self._instance.start(initial, start_time, tolerance))
         c.n_seeds, c.seeds = (0, None) if seeds is None else (len(seeds), address(seeds))
         c.derivatives = address(derivatives)
         details = self._details
@@ -230,27 +236,29 @@ class Differentiator:
             if details:
                 details.keep(run.n_events)
         self.passage = details.passage(c) if details else None
-        result = Result(values, _joined(events), run.steps, run.evaluations, seconds)
-        return result, derivatives, _joined(changes), c.corners > 0
+        result = Result(values, np.concatenate(events), run.steps, run.evaluations, seconds)
+        return result, derivatives, np.concatenate(changes), c.corners > 0
 
 
 def structure(request: Request, values: Vector, instance: EngineInstance) -> Structure:
     """The request as the engine reads it, its values to go into ``values``, of a run that has not begun."""
     prepared = instance.whole_run
     c = _WholeRun(event_capacity=prepared.event_capacity, events=prepared.events)
-    return _filled(c, request, values)
-
-
-def _filled(c: Structure, request: Request, values: Vector) -> Structure:
-    """Write a request into the structure; it keeps the arrays alive that it points into."""
-    c.n_times, c.n_values = request.times.size, request.references.size
-    c.times, c.references, c.values = address(request.times), address(request.references), address(values)
-    c.allowance = ALLOWANCE
-    c.n_knots = c.n_inputs = c.side_capacity = 0
-    if request.inputs:
-        inputs, (times, knot_values, rates) = request.inputs
-        c.n_knots, c.n_inputs = times.size, inputs.size
-        c.knot_times, c.inputs = times.ctypes.data, inputs.ctypes.data
-        c.knot_values, c.knot_rates = knot_values.ctypes.data, rates.ctypes.data
-    c.keep = request, values
+    _fill(c, request.times, request.references, values, request.inputs)
     return c
+
+
+def _fill(
+    c: Structure, times: Vector, references: NDArray[np.uint32], values: Vector,
+    inputs: tuple[NDArray[np.uint32], Knots] | None, sides: Vector | None = None, start: int = 0,
+) -> None:  # fmt: skip
+    """Write a request into the structure, whose arrays the caller keeps alive."""
+    _PACK(
+        c, 0, start, times.size, references.size, address(times), address(references), address(values), 0, 0,
+        *((0, 0, 0) if sides is None else (SIDES, 0, address(sides))), ALLOWANCE, 0, 0, 0,
+    )  # fmt: skip
+    if inputs:
+        driven, (knot_times, knot_values, rates) = inputs
+        c.n_knots, c.n_inputs = knot_times.size, driven.size
+        c.knot_times, c.inputs = knot_times.ctypes.data, driven.ctypes.data
+        c.knot_values, c.knot_rates = knot_values.ctypes.data, rates.ctypes.data

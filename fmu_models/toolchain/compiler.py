@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
-from importlib import metadata, util
+from importlib import util
 from pathlib import Path
 from threading import Timer
 
@@ -21,6 +21,7 @@ from fmu_models.base.cache import cache_folder, digest
 from fmu_models.base.errors import StickslipError, WriteError
 from fmu_models.base.files import FULL, is_sealed, seal
 from fmu_models.base.temporary import temporary_folder
+from fmu_models.base.version import version_of
 from fmu_models.toolchain.platforms import this_platform
 
 CROSS = "pip install 'stickslip[cross]'"
@@ -78,11 +79,9 @@ class Compiler:
 def compiler_for(target: str | None = None) -> Compiler:
     """The compiler that builds for a target, such as "aarch64-linux-gnu.2.17"; None is this machine. StickslipError:
     there is none, with the line that installs one."""
-    try:
+    if installed := version_of("ziglang"):
         zig = [sys.executable, "-m", "ziglang"]
-        return Compiler(f"ziglang {metadata.version('ziglang')}", (*zig, "cc"), (*zig, "c++"), cross=True)
-    except metadata.PackageNotFoundError:
-        pass
+        return Compiler(f"ziglang {installed}", (*zig, "cc"), (*zig, "c++"), cross=True)
     if target not in (None, this_platform().target):
         raise StickslipError(f"The compiler of this system does not build for {target}. Install one that does: {CROSS}")
     system = _system_compiler()

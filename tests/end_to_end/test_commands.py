@@ -93,6 +93,19 @@ def test_the_installed_command_starts_without_heavy_imports(tmp_path):
     assert b"damaged" not in pages("--help", heavy=libraries)
 
 
+def test_a_warm_run_imports_what_it_needs_alone(stickslip):
+    stickslip("simulate", "block_on_belt", "--until", "1")
+    code = (
+        "import sys; sys.argv = 'stickslip simulate block_on_belt --until 1'.split()\n"
+        "from identification import cli\n"
+        "try: cli.main()\n"
+        "except SystemExit as end: assert not end.code\n"
+        "spared = 'scipy sympy matplotlib pandas fmpy pint h5py jinja2 importlib.metadata logging numpy.polynomial'\n"
+        "assert not {*spared.split()} & set(sys.modules)\n"
+    )
+    assert b"contact belt" in subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.PIPE).stdout
+
+
 def test_models_and_show(stickslip):
     names = [row["name"] for row in stickslip("models", "--json").json["models"]]
     assert {"disc_rig", "block_on_belt"} <= set(names)

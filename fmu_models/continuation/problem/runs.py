@@ -72,6 +72,6 @@ class Runs:
 
     def end(self, x: Vector, values: Iterable[float], times: Sequence[float]) -> Vector:
         """(n,) states at the last of the times, without derivatives. StickslipError: there is no run."""
-        self._instance.restart(self._initial(x, values), times[0], self._tolerance)
-        request = whole_run.Request(np.array(times[1:], dtype=float), self._states)
-        return whole_run.run(self._engine, self._instance, request).values[-1]
+        start = self._instance.start(self._initial(x, values), times[0], self._tolerance)
+        later = np.array(times[1:], dtype=float)
+        return whole_run.run(self._engine, self._instance, start, later, self._states).values[-1]

@@ -16,9 +16,8 @@
 #include "../whole_run/restart.h"
 #include "forcing.h"
 #include "growth.h"
+#include "lane_stepper.h"
 
-/* growth beyond which its logarithm is taken */
-static const double FAR = 1e100;
 /* of the size of a state: a start nearer to its level is on it, and does not cross it at once */
 static const double ON_LEVEL = 1e-9;
 
@@ -72,7 +71,7 @@ void journey_grow(Job *job, const double *factors)
     int far = 0;
     for (int k = 0; k < job->e->n_directions; k++) {
         job->grown[k] *= factors[k];
-        far |= !(job->grown[k] > 1.0 / FAR && job->grown[k] < FAR);
+        far |= !(job->grown[k] > 1.0 / GROWTH_FAR && job->grown[k] < GROWTH_FAR);
     }
     if (far) journey_add_growth(job);
 }
@@ -267,6 +266,20 @@ static void journey_record(Job *job, const Place *at)
     if (row >= 0 && e->began) memcpy(e->began + row * MODEL_NC, w->began, MODEL_NC * sizeof(int32_t));
     memset(w->held, 0, sizeof w->held);
     memset(w->began, 0, sizeof w->began);
+}
+
+int64_t journey_quiet(const Job *job)
+{
+    const Ensemble *e = job->e;
+    if (job->left > 0) return e->longest > 0 || e->n_known > 0 ? 0 : job->left - 1;
+    return e->batch - job->batched - 1;
+}
+
+void journey_pass(Job *job, int64_t steps)
+{
+    int64_t *counted = job->left > 0 ? &job->left : &job->batched;
+    *counted += job->left > 0 ? -steps : steps;
+    job->e->steps[job->run] += steps;
 }
 
 int journey_note(Job *job, const Place *at, double time, Outcome *outcome)

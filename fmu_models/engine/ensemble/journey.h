@@ -41,6 +41,10 @@ void journey_differences(Job *job, double speed);
 void journey_grown(Job *job, double *factors, double speed);
 /* each difference has grown by a factor since it was set at right angles last */
 void journey_grow(Job *job, const double *factors);
+/* steps of which nobody asks more than how many they were */
+int64_t journey_quiet(const Job *job);
+/* so many of these have been made */
+void journey_pass(Job *job, int64_t steps);
 /* the run has made one more step, over a time: rows, repetition and orbits; 1 if it is over, with its outcome */
 int journey_note(Job *job, const Place *at, double time, Outcome *outcome);
 /* it is over */

@@ -2,7 +2,8 @@
  * Strobes of many motions at once.
  *
  *     some runs at a time, each as if it were alone
- *         all that go on:   one period in lanes; events that these leave the engine decides on the way
+ *         all that go on:   a period in lanes, or several of which only the last is looked at; events that these leave the
+ *                           engine decides on the way
  *         the undecided:    the same period by the series of the engine, from the same point
  *         each:             rows, repetition and orbits (journey.c); where a run is over the next of its chain goes on
  *                           from there, and where that is over the first of another takes its place
@@ -19,6 +20,7 @@
 
 enum {
     LANE_RUNS_TOGETHER = 64,             /* their numbers stay near the processor */
+    LANE_RUNS_PATIENCE = 64,             /* periods before the caller may say again that it has had enough */
     TANGENTS = MODEL_NX * (MODEL_NX + 1) /* numbers of the differences of one motion and their growth, at most */
 };
 
@@ -34,13 +36,13 @@ typedef struct {
     LaneMotion motion[LANE_RUNS_TOGETHER];
     Kept kept[LANE_RUNS_TOGETHER];
     int series[LANE_RUNS_TOGETHER]; /* its last step was made by series */
-    /* the same of the events that lanes have left to the engine in the present period */
+    /* the same of the events that lanes have left to the engine in a period of the present call */
     Kept met[LANE_RUNS_TOGETHER];
-    int asked[LANE_RUNS_TOGETHER];
-    int64_t loaded;    /* the run whose numbers the instance has; -1: none */
-    int64_t series_of; /* and that whose constants the series of tangents have */
-    int64_t begun;     /* chains of runs */
-    int64_t width;     /* of the stepper, whose differences and their growth these are */
+    int32_t asked[LANE_RUNS_TOGETHER]; /* the last period of this call with such: 1, 2, ...; 0: none */
+    int64_t loaded;                    /* the run whose numbers the instance has; -1: none */
+    int64_t series_of;                 /* and that whose constants the series of tangents have */
+    int64_t begun;                     /* chains of runs */
+    int64_t width;                     /* of the stepper, whose differences and their growth these are */
     double *tangents, *growth;
 } Together;
 
@@ -194,7 +196,8 @@ static int resolve(void *context, int64_t slot, LaneMotion *motion, LaneEvent *e
     Job *job = &t->job[slot];
     Run *r = &job->m->core.run;
     const double end = job->e->periods[job->run];
-    if (give(t, slot, motion, event->time, t->asked[slot] ? &t->met[slot] : NULL) == RUN_ERROR) return 0;
+    const Kept *met = t->asked[slot] == motion->made + 1 ? &t->met[slot] : NULL;
+    if (give(t, slot, motion, event->time, met) == RUN_ERROR) return 0;
     memcpy(r->falling, event->falls, sizeof r->falling);
     if (transition_resolve(r, section_step_note, &job->walk) == RUN_ERROR) return 0;
     r->goal = end;
@@ -202,13 +205,33 @@ static int resolve(void *context, int64_t slot, LaneMotion *motion, LaneEvent *e
         if (run_advance(r, end, 1, section_step_note, &job->walk) == RUN_ERROR) return 0;
     if (!is_settled(r)) return 0;
     take(r, job, motion, &t->met[slot]);
-    t->asked[slot] = 1;
+    t->asked[slot] = motion->made + 1;
     memcpy(event->known, r->at.known, sizeof event->known);
     event->time = r->at.time;
     return 1;
 }
 
-/* what differences have come to by a step in lanes */
+/* periods that all motions can make before somebody asks for more than how many they were */
+static int64_t periods_of(const Together *t, const Ensemble *e, int together)
+{
+    int64_t quiet = e->jacobians || e->flow ? 0 : LANE_RUNS_PATIENCE - 1;
+    for (int slot = 0; slot < together && quiet > 0; slot++) {
+        const int64_t one = t->motion[slot].wanted ? journey_quiet(&t->job[slot]) : quiet;
+        quiet = one < quiet ? one : quiet;
+    }
+    return quiet + 1;
+}
+
+/* the growth of differences up to now into the room of the stepper */
+static void give_growth(const Together *t, int slot)
+{
+    const Job *job = &t->job[slot];
+    double *column = t->growth + column_of(t, slot, job->e->n_directions);
+    for (int64_t k = 0; k < job->e->n_directions; k++)
+        column[k * t->width] = job->grown[k];
+}
+
+/* what differences have come to by steps in lanes */
 static void note_tangents(Together *t, int slot)
 {
     Job *job = &t->job[slot];
@@ -221,26 +244,29 @@ static void note_tangents(Together *t, int slot)
         give_tangents(t, slot);
         return;
     }
-    for (int64_t k = 0; k < e->n_directions; k++)
+    for (int64_t k = 0; k < e->n_directions; k++) {
         factors[k] = column[k * t->width];
+        job->grown[k] = 1.0;
+    }
     journey_grown(job, factors, t->motion[slot].speed);
 }
 
-/* what comes of the step that a motion has made; 1 if its run is over */
-static int step_made(Together *t, int slot, Outcome *outcome)
+/* what comes of the last of so many steps that a motion has made, the others in lanes; 1 if its run is over */
+static int step_made(Together *t, int slot, int64_t steps, Outcome *outcome)
 {
     Job *job = &t->job[slot];
     Ensemble *e = job->e;
     LaneMotion *motion = &t->motion[slot];
-    if (motion->decided) {
-        t->series[slot] = 0;
-        *outcome = bounded(e, motion->x);
-        if (e->in_lanes) e->in_lanes[job->run]++;
-    } else {
-        *outcome = step_by_series(t, slot);
-    }
+    const int decided = motion->made == steps;
+    if (e->in_lanes) e->in_lanes[job->run] += motion->made;
+    journey_pass(job, steps - 1);
+    for (int64_t k = 1; k < steps && job->left == 0; k++)
+        job->waited += e->periods[job->run];
+    *outcome = decided ? bounded(e, motion->x) : OUTCOME_FINISHED;
     if (*outcome != OUTCOME_FINISHED) return 1;
-    if (motion->decided && e->n_directions > 0) note_tangents(t, slot);
+    if (motion->made > 0) t->series[slot] = 0;
+    if (motion->made > 0 && e->n_directions > 0) note_tangents(t, slot);
+    if (!decided && (*outcome = step_by_series(t, slot)) != OUTCOME_FINISHED) return 1;
     memcpy(job->walk.held, motion->held, sizeof motion->held);
     memcpy(job->walk.contact_since, motion->since, sizeof motion->since);
     memcpy(job->walk.began, motion->began, sizeof motion->began);
@@ -334,12 +360,15 @@ Status lane_runs(Instance *m, Ensemble *e)
             break;
         }
         memset(t->asked, 0, (size_t)together * sizeof *t->asked);
-        for (int slot = 0; slot < together; slot++)
+        for (int slot = 0; slot < together; slot++) {
             t->motion[slot].speed = (double)e->flow;
-        s->step(room, t->motion, e->n_directions, t->tangents, e->jacobians ? NULL : t->growth, resolve, t);
+            if (t->motion[slot].wanted) give_growth(t, slot);
+        }
+        const int64_t periods = s->step(room, t->motion, periods_of(t, e, together), e->bound, e->n_directions,
+                                        t->tangents, e->jacobians ? NULL : t->growth, resolve, t);
         for (int slot = 0; slot < together; slot++) {
             Outcome outcome;
-            if (!t->motion[slot].wanted || !step_made(t, slot, &outcome)) continue;
+            if (!t->motion[slot].wanted || !step_made(t, slot, periods, &outcome)) continue;
             journey_end(&t->job[slot], outcome);
             if (e->follow) {
                 /* the next begins where this one ended */

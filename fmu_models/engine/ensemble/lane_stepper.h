@@ -8,12 +8,14 @@
 #include "../model/model.h"
 
 /* changes with this header */
-enum { LANE_STEPPER_VERSION = 4 };
+enum { LANE_STEPPER_VERSION = 5 };
 
 /* of a difference: less than this is left only by rounding, and less than that by a closed or sticking contact, which takes
    differences away */
 #define GROWTH_ROUNDING 1e-13
 #define GROWTH_TAKEN 1e-11
+/* beyond it, or its inverse, the logarithm of a growth is taken */
+#define GROWTH_FAR 1e100
 
 /* one motion, between two strobes */
 typedef struct {
@@ -23,9 +25,9 @@ typedef struct {
     /* time in contact since the last row, how often that began, and, where one is held, from when on */
     double held[NC], since[NC];
     int32_t began[NC];
-    int32_t wanted;  /* to be stepped */
-    int32_t decided; /* it was: the motion is at the next strobe, where its time is the same */
-    double speed;    /* of the states there, where it was not 0 before */
+    int32_t wanted; /* to be stepped */
+    int32_t made;   /* strobes that it has come to in this call; its time is the same at all of them */
+    double speed;   /* of the states there, where it was not 0 before */
 } LaneMotion;
 
 /* an event on the way of a motion */
@@ -49,9 +51,11 @@ typedef struct {
     /* motion `slot` has these parameters and inputs, is strobed every `period`, and the forcing is that from time
        zero on; 0: it is none for lanes */
     int (*place)(void *room, int64_t slot, const double *p, const double *u, double period);
-    /* step all motions that want it, and differences of neighbours along each, tangents[group][direction][state] of
-       `together` motions each, a vector aligned to its size. With growth[group][direction] these are made orthonormal, as in
-       growth.h, and it says what they have grown by. Those of motions that are not decided stay as they were */
-    void (*step)(void *room, LaneMotion *motions, int64_t directions, double *tangents, double *growth,
-                 LaneResolve resolve, void *context);
+    /* step all motions that want it by so many periods, fewer where one is not decided, has a state beyond the bound or a
+       growth beyond GROWTH_FAR: that many are returned, and made, but for the last one of motions that are not decided.
+       Differences of neighbours along each: tangents[group][direction][state] of `together` motions each, a vector aligned
+       to its size. With growth[group][direction] these are made orthonormal, as in growth.h, and it is multiplied by what
+       they grow by */
+    int64_t (*step)(void *room, LaneMotion *motions, int64_t periods, double bound, int64_t directions,
+                    double *tangents, double *growth, LaneResolve resolve, void *context);
 } LaneStepper;

@@ -90,14 +90,6 @@ static int64_t map_steps(Job *job, int64_t steps, Outcome *outcome)
     return done;
 }
 
-/* steps of which nobody asks more than how many they were */
-static int64_t map_quiet(const Job *job)
-{
-    const Ensemble *e = job->e;
-    if (job->left > 0) return e->longest > 0 || e->n_known > 0 ? 0 : job->left - 1;
-    return e->batch - job->batched - 1;
-}
-
 Outcome map_run(Job *job)
 {
     Ensemble *e = job->e;
@@ -106,15 +98,10 @@ Outcome map_run(Job *job)
     if (e->transient == 0 && e->n_rows == 0) return outcome;
     while (1) {
         if (e->stop && *(const volatile int32_t *)e->stop) return OUTCOME_STOPPED;
-        const int64_t quiet = map_quiet(job);
+        const int64_t quiet = journey_quiet(job);
         const int64_t done = map_steps(job, quiet < MAP_PATIENCE ? quiet : MAP_PATIENCE, &outcome);
-        e->steps[job->run] += done;
-        if (job->left > 0) {
-            job->left -= done;
-        } else {
-            job->batched += done;
-            job->waited += (double)done;
-        }
+        journey_pass(job, done);
+        job->waited += (double)done;
         if (outcome == OUTCOME_FINISHED && done == quiet && map_steps(job, 1, &outcome) == 1
             && outcome == OUTCOME_FINISHED) {
             const Place at = {r->at.x, r->at.memory, r->at.state, r->at.time};

@@ -84,6 +84,7 @@ typedef enum { Y_SLIP, Y_DEPTH, Y_FORCE, Y_RELEASE, Y_CAPACITY, Y_CAPACITY_MINUS
 typedef struct {
     signed char state[NC]; /* of the contacts */
     int usable;
+    int flies;                         /* its states are parabolas (step/flight.c) */
     int rows;                          /* states, and series of contacts */
     signed char quantity[LINEAR_READ]; /* LinearQuantity */
     short contact[LINEAR_READ];

@@ -13,6 +13,7 @@
 #include "linear.h"
 
 #include "contact_forces.h"
+#include "flight.h"
 #include "flow.h"
 #include "linear_factors.h"
 
@@ -89,6 +90,7 @@ static void make_mode(Run *r, const Jets *j, LinearMode *m)
     for (int h = 0; h < MODEL_NH; h++)
         m->rate[h] = f.rate[h];
     m->usable = !f.still && keep_rows(m, &f);
+    m->flies = m->usable && flight_is_flight(m);
     /* the last terms but one of series that go with this rate are a quarter of what is asked for */
     for (int k = 2; k < LINEAR_ORDER; k++)
         factorial *= k;

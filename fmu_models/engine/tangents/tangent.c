@@ -137,7 +137,7 @@ RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until)
     double rest;
     if (!r->segment_valid) {
         end = fmin(end, r->tick);
-        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end)) == RUN_ERROR) return RUN_ERROR;
+        if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, end), 0) == RUN_ERROR) return RUN_ERROR;
         if (tangents_fit_step(r, tangents) == RUN_ERROR) return RUN_ERROR;
     }
     *until = fmin(fmin(end, r->tick), run_segment_end(r, &rest));

@@ -39,9 +39,10 @@ static __attribute__((noinline)) void NAME(events)(Pool *pool)
     }
 }
 
-/* all motions that want it, by one period */
-static void NAME(period)(Pool *pool, LaneMotion *motions)
+/* all motions that want it, by one period; 0 if one of them needs the caller now */
+static int NAME(period)(Pool *pool, LaneMotion *motions)
 {
+    int on = 1;
     const int64_t groups = (pool->motions + LANES_W - 1) / LANES_W;
     pool->earliest = LANES_GRID;
     for (int64_t group = 0; group < groups && pool->directions > 0; group++)
@@ -86,10 +87,11 @@ static void NAME(period)(Pool *pool, LaneMotion *motions)
             there[l] = lane->failed ? 0 : -1;
             losing[l] = lane_loses(&motions[slot], &lane->motion) ? -1 : 0;
             if (!lane->failed) tangents_end(&pool->tables[slot], lane);
-            lane_end(pool, slot, &motions[slot], !lane->failed);
+            on &= !lane->failed && lane_end(pool, slot, &motions[slot]);
         }
-        if (pool->directions > 0) NAME(end_tangents)(pool, group, g->tangent, there, losing);
+        if (pool->directions > 0) on &= NAME(end_tangents)(pool, group, g->tangent, there, losing);
     }
+    return on;
 }
 
 #undef V

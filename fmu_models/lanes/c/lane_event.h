@@ -64,15 +64,12 @@ static inline int lane_begin(Pool *pool, int64_t slot, const LaneMotion *motion)
     return 1;
 }
 
-/* hand it back; done: it is at the end of the period */
-static inline void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int done)
+/* hand back one that is at the end of the period; 0 if it is beyond the bound */
+static inline int lane_end(Pool *pool, int64_t slot, LaneMotion *motion)
 {
     Lane *lane = &pool->lanes[slot];
     const LaneTable *t = &pool->tables[slot];
-    if (!done) {
-        motion->decided = 0;
-        return;
-    }
+    int within = 1;
     double *z = lane->z;
     const LaneMode *mode = &t->mode[lane->mode];
     if (mode->held_count > 0) {
@@ -80,11 +77,14 @@ static inline void lane_end(Pool *pool, int64_t slot, LaneMotion *motion, int do
         held_settle(t, mode, z);
     }
     *motion = lane->motion;
-    for (int i = 0; i < MODEL_NX; i++)
+    for (int i = 0; i < MODEL_NX; i++) {
         motion->x[i] = z[i] + mode->shift[i];
+        within &= fabs(motion->x[i]) <= pool->bound;
+    }
     for (int c = 0; c < MODEL_NC; c++)
         motion->since[c] -= t->period;
-    motion->decided = 1;
+    motion->made++;
+    return within;
 }
 
 /* whether differences may have been lost on the way from a strobe to the next: a contact was closed or stuck */

@@ -138,10 +138,12 @@ static __attribute__((noinline)) void NAME(event)(Pool *pool, NAME(Batch) * b, M
     if (pool->directions > 0) NAME(leave)(b, fell & ~special, pool->directions);
     /* these go on at once */
     const M on = some & ~undecided & ~special & ~stopped & (b->left > NAME(fill)(0.0));
+    const int odd = NAME(bits)(special);
+    const int lost = NAME(bits)(undecided);
     WHERE (some & ~on) {
         b->lane[l]->rounds++;
-        b->lane[l]->failed |= undecided[l] != 0;
-        if (special[l]) NAME(happen)(pool, b, l, (int)guard[l]);
+        b->lane[l]->failed |= lost >> l & 1;
+        if (odd >> l & 1) NAME(happen)(pool, b, l, (int)guard[l]);
         NAME(pass_on)(pool, b, l);
     }
     if (LANES_SWITCHES > 0 || NAME(any)(special)) NAME(gather_mode)(b);

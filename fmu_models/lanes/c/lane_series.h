@@ -168,8 +168,8 @@ static __attribute__((noinline)) void NAME(series)(Pool *pool, NAME(Batch) * b, 
         b->known[g] &= ~made;
     b->wants = NAME(choose)(some & open, NAME(none)() + QUEUE_EVENT, b->wants);
     NAME(stops)(b, made, gone);
-    WHERE (some) {
+    WHERE (some)
         b->lane[l]->rounds++;
-        if (!open[l]) NAME(pass_on)(pool, b, l);
-    }
+    WHERE (made)
+        NAME(pass_on)(pool, b, l);
 }

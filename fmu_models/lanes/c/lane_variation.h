@@ -206,13 +206,20 @@ static __attribute__((noinline)) void NAME(orthonormalize)(V (*d)[MODEL_NX], int
     }
 }
 
-/* of lanes that are at the end of a period */
-static INLINE void NAME(end_tangents)(const Pool *pool, int64_t group, V (*d)[MODEL_NX], M there, M losing)
+/* of lanes that are at the end of a period; 0 if a growth is far */
+static INLINE int NAME(end_tangents)(const Pool *pool, int64_t group, V (*d)[MODEL_NX], M there, M losing)
 {
     V *given = NAME(given)(pool, group);
-    if (pool->growth)
-        NAME(orthonormalize)(d, pool->directions, losing, (V *)(void *)pool->growth + group * pool->directions);
+    V factor[MODEL_NX];
+    M far = NAME(none)();
+    if (pool->growth) NAME(orthonormalize)(d, pool->directions, losing, factor);
+    for (int n = 0; n < pool->directions && pool->growth; n++) {
+        V *growth = (V *)(void *)pool->growth + group * pool->directions + n;
+        *growth = NAME(pick)(there, *growth * factor[n], *growth);
+        far |= there & ~((*growth > NAME(fill)(1.0 / GROWTH_FAR)) & (*growth < NAME(fill)(GROWTH_FAR)));
+    }
     for (int n = 0; n < pool->directions; n++)
         for (int i = 0; i < MODEL_NX; i++)
             given[n * MODEL_NX + i] = NAME(pick)(there, d[n][i], given[n * MODEL_NX + i]);
+    return !NAME(any)(far);
 }

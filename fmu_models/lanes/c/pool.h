@@ -34,6 +34,7 @@ typedef struct {
     LaneResolve resolve; /* what decides events that lanes leave, and whom it asks for */
     void *context;
     double *columns; /* of the home steps, group by group (lane_home.h) */
+    double bound;    /* a motion with a state beyond it is the caller's */
     /* differences that are followed, and their growth, as the caller has them */
     int64_t directions;
     double *tangents, *growth;

@@ -127,16 +127,22 @@ static int place(void *room, int64_t slot, const double *p, const double *u, dou
         open_pool(room, motions, width, group_bytes_##width());                                                        \
         clear_groups_##width(room);                                                                                    \
     }                                                                                                                  \
-    static void step_##width(void *room, LaneMotion *motions, int64_t directions, double *tangents, double *growth,    \
-                             LaneResolve resolve, void *context)                                                       \
+    static int64_t step_##width(void *room, LaneMotion *motions, int64_t periods, double bound, int64_t directions,    \
+                                double *tangents, double *growth, LaneResolve resolve, void *context)                  \
     {                                                                                                                  \
         Pool *pool = room;                                                                                             \
+        int64_t made = 1;                                                                                              \
+        pool->bound = bound;                                                                                           \
         pool->directions = directions;                                                                                 \
         pool->tangents = tangents;                                                                                     \
         pool->growth = growth;                                                                                         \
         pool->resolve = resolve;                                                                                       \
         pool->context = context;                                                                                       \
-        period_##width(pool, motions);                                                                                 \
+        for (int64_t slot = 0; slot < pool->motions; slot++)                                                           \
+            motions[slot].made = 0;                                                                                    \
+        while (period_##width(pool, motions) && made < periods)                                                        \
+            made++;                                                                                                    \
+        return made;                                                                                                   \
     }                                                                                                                  \
     static const LaneStepper stepper_##width = {LANE_STEPPER_VERSION, MODEL_TOKEN, width,       room_##width,          \
                                                 open_##width,         place,       step_##width};

@@ -128,6 +128,11 @@ def test_damping_that_drives_grows_until_it_escapes_and_harms_no_other(strobe):
     alone = driven.run(Jobs(starts[2:], {"c": values[2:]}, rows=20), GO)
     assert np.array_equal(lanes.points[2:], alone.points)
     assert lanes.points[[0, 2, 3]] == pytest.approx(series.points[[0, 2, 3]], abs=1e-8)
+    # the same on the way to the first row
+    late = driven.run(Jobs(starts, {"c": values}, transient=19), GO)
+    assert late.outcomes.tolist() == lanes.outcomes.tolist()
+    assert late.steps.tolist() == lanes.steps.tolist()
+    assert np.array_equal(late.points[2:, 0], lanes.points[2:, -1])
 
 
 def test_numbers_beyond_all_others_end_their_lane_alone(strobe):

@@ -63,6 +63,21 @@ def test_growth_is_the_same_bits_for_any_number_of_lanes_and_that_of_the_series(
     assert made[0].growth == pytest.approx(series.growth, abs=1e-8)
 
 
+@pytest.mark.parametrize("name", ["hinge", "table", "discontinuous_support"])
+def test_strobes_that_nobody_looks_at_are_the_same_bits_whoever_is_beside(name):
+    # seven strobes before the first row and three to a row are made by one call, until one motion needs the engine
+    system, jobs = held_family(name, 11, 4) if name in HELD else family(name, 11, 4)
+    jobs = dataclasses.replace(jobs, transient=7, batch=3, tangents=2)
+    made = system.run(jobs, GO)
+    alone = [system.run(jobs.part(i, i + 1), GO) for i in range(len(jobs))]
+    for field in ("points", "times", "growth", "held", "began", "steps", "in_lanes"):
+        assert np.array_equal(getattr(made, field), np.concatenate([getattr(one, field) for one in alone])), field
+    assert made.steps.tolist() == [19] * len(jobs)
+    every = system.run(dataclasses.replace(jobs, batch=1, transient=0, rows=19), GO)
+    assert np.array_equal(made.points, every.points[:, 9::3])
+    assert np.array_equal(made.began, every.began[:, 7:].reshape(len(jobs), 4, 3, -1).sum(axis=2))
+
+
 @pytest.mark.nightly
 def test_a_motion_that_nothing_forces_has_an_exponent_zero_along_itself():
     system = Strobe(load("planar_hopf"), period=1.0, autonomous=True)

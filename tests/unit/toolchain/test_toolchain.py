@@ -148,14 +148,7 @@ def test_a_target_that_the_compiler_has_not_is_named(tmp_path: Path) -> None:
 @pytest.fixture
 def without_package(monkeypatch: pytest.MonkeyPatch) -> None:
     """The compiler's package is not installed."""
-    version = toolchain.metadata.version
-
-    def installed(name: str) -> str:
-        if name == "ziglang":
-            raise toolchain.metadata.PackageNotFoundError(name)
-        return version(name)
-
-    monkeypatch.setattr(toolchain.metadata, "version", installed)
+    monkeypatch.setattr(toolchain, "version_of", lambda _: "")
     toolchain._system_compiler.cache_clear()
 
 

@@ -32,6 +32,7 @@ NEAR = 1e-3  # of the size of a state: by so much Newton's method may move a poi
 ALIKE = 1e-5  # two points of a run that are nearer may be those of a motion that repeats itself
 SAME = 1e-6  # two motions whose points are nearer are one
 CLAIMED = 1e-11  # by which a step may miss the next point
+UNSURE = 1e-3  # of a multiplier at a guess: nearer to the unit circle it says nothing of the motion beside
 UNDECIDED = -1  # the label of a start whose attractor is not known
 SHELLS, RAYS = 40, 48  # tried about each point of an attractor
 LARGEST, SMALLEST = 8.0, 1.25e-5  # radius of the outermost shell in sizes of the states, and of the innermost in it
@@ -94,16 +95,19 @@ def _solved(
     last = [_last(rows, indices, period) for indices, period in zip(groups, periods, strict=True)]
     corrected = corrected_cycles(system, last, [{name: v[i] for name, v in varied.items()} for i in groups])
     for indices, guesses, (cycles, numbers) in zip(groups, last, corrected, strict=True):
-        theirs = _theirs(system, cycles, guesses[numbers])
+        arrived, theirs = _theirs(system, cycles, guesses[numbers])
         yield cycles.only(theirs), indices[numbers[theirs]]
-        # what only looks alike needs all of Newton's method
-        unsolved = np.setdiff1d(np.flatnonzero(rows.periods[indices] == 0), numbers[theirs])
+        # what only looks alike needs all of Newton's method, unless that has arrived and found another motion
+        sure = np.abs(np.abs(cycles.eigenvalues).max(axis=1, initial=0.0) - 1.0) > UNSURE
+        again = rows.periods[indices] == 0
+        again[numbers[theirs | (arrived & sure)]] = False
+        unsolved = np.flatnonzero(again)
         if unsolved.size:
             values = {name: v[indices[unsolved]] for name, v in varied.items()}
             solved, guessed = solved_cycles(system, guesses[unsolved], values, within=1.0)
             cycles, numbers = cycles_at(system, solved, {name: v[guessed] for name, v in values.items()})
             repeated = unsolved[guessed[numbers]]
-            theirs = _theirs(system, cycles, guesses[repeated])
+            _, theirs = _theirs(system, cycles, guesses[repeated])
             yield cycles.only(theirs), indices[repeated[theirs]]
 
 
@@ -122,27 +126,26 @@ def _shorter(system: SectionSystem, rows: RunRows, periods: Integers) -> Integer
     return shorter
 
 
-def _theirs(system: SectionSystem, cycles: Cycles, guesses: Vector) -> Flags:
-    """(k,) motions that are stable, solved, of that least period, and the ones of their runs."""
+def _theirs(system: SectionSystem, cycles: Cycles, guesses: Vector) -> tuple[Flags, Flags]:
+    """(k,) motions that are solved, and near the ones of their runs; those that are stable and of that least period."""
     sizes = system.sizes()
     distances = np.abs(system.difference(cycles.points - guesses)) / sizes
     size = 1.0 + np.abs(cycles.points).max(axis=(1, 2))
-    return (
-        (distances.max(axis=(1, 2)) <= NEAR)
-        & (cycles.residuals <= 100.0 * CLAIMED * size)
-        & are_stable(cycles.eigenvalues)
-        & (least_periods(system, cycles.points, sizes) == cycles.period)
-    )
+    arrived = (distances.max(axis=(1, 2)) <= NEAR) & (cycles.residuals <= 100.0 * CLAIMED * size)
+    least = least_periods(system, cycles.points, sizes) == cycles.period
+    return arrived, arrived & are_stable(cycles.eigenvalues) & least
 
 
 def _alike(system: SectionSystem, points: Vector, longest: int) -> Integers:
     """(m,) the least numbers of points after which the last ones of runs (m, k, n) look alike; 0 if there is none."""
     least = np.zeros(len(points), np.int64)
     within = ALIKE * system.sizes()
-    for n in range(1, min(longest, points.shape[1] // 2) + 1):
-        remaining = np.flatnonzero(least == 0)
-        distances = system.difference(points[remaining, -n:] - points[remaining, -2 * n : points.shape[1] - n])
-        least[remaining[(np.abs(distances) <= within).all(axis=(1, 2))]] = n
+    before = points[:, -2 : -2 - min(longest, points.shape[1] // 2) : -1]
+    near = np.asarray(np.all(np.abs(system.difference(points[:, -1:] - before)) <= within, axis=2))
+    for n in (np.flatnonzero(near.any(axis=0)) + 1).tolist():
+        if (left := np.flatnonzero(near[:, n - 1] & (least == 0))).size:
+            distances = system.difference(points[left, -n:] - points[left, -2 * n : points.shape[1] - n])
+            least[left[(np.abs(distances) <= within).all(axis=(1, 2))]] = n
     return least
 
 

@@ -8,6 +8,7 @@ import io
 import json
 import os
 import re
+import shutil
 import sys
 import textwrap
 import time
@@ -40,6 +41,8 @@ INTERRUPTED = 130  # exit code: 128 and the number of the signal
 PASTED = re.compile(
     r"""(?<=: )stickslip .+?(?=[.;]?$|[.;] )|(?:--[\w-]+ )?(?<![\w'"`])(['"`])\S.*?\1(?!\w)|--[\w-]+ \S+"""
 )
+# what stays on a line of an example, which is longer than one: an option with its value, quotes
+OPTION = re.compile(r"""(?<!\S)--?[a-z][\w-]*(?: (?:'[^']*'|"[^"]*"|[^-\s'"]\S*))?|'[^']*'|"[^"]*\"""")
 UNBROKEN = "\0"  # a blank in it; `printable` leaves none in a text
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
@@ -77,9 +80,11 @@ def app(help_text: str, *, no_args_is_help: bool = True, completion: bool = Fals
 
 
 def flowing(command: Callable[..., None]) -> str:
-    """The help of a command from its docstring: typer breaks lines of all paragraphs but the first where we do."""
-    paragraphs = inspect.cleandoc(command.__doc__ or "").split("\n\n")
-    return "\n\n".join(paragraph.replace("\n", " ") for paragraph in paragraphs)
+    """The help of a command from its docstring: typer breaks lines of all paragraphs but the first where we do, which
+    is between options in examples."""
+    texts = (text.replace("\n", " ") for text in inspect.cleandoc(command.__doc__ or "").split("\n\n"))
+    width = shutil.get_terminal_size().columns - 2
+    return "\n\n".join(hanging(text, width, whole=OPTION) if text.startswith("Example:") else text for text in texts)
 
 
 def trusting(command: Callable[..., None]) -> Callable[..., None]:
@@ -355,10 +360,10 @@ def _print_error(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def hanging(text: str, width: int, indent: int = 0) -> str:
-    """A line broken between words, but not within what is `PASTED`, with what goes on below it indented."""
+def hanging(text: str, width: int, indent: int = 0, whole: re.Pattern[str] = PASTED) -> str:
+    """A line broken between words, but not within what is ``whole``, with what goes on below it indented."""
     return textwrap.fill(
-        PASTED.sub(lambda match: match[0].replace(" ", UNBROKEN), text),
+        whole.sub(lambda match: match[0].replace(" ", UNBROKEN), text),
         max(width, indent + 1),
         subsequent_indent=" " * indent,
         break_long_words=False,

@@ -37,7 +37,8 @@ def simulate(
     until: Annotated[
         float | None,
         typer.Option(
-            help=f"End of the run, s (default: {UNTIL:g}, or what the scene or the FMU of somebody else says)."
+            help=f"End of the run, s (default: {UNTIL:g}, or what the scene or the FMU of somebody else says, or where "
+            "the log of an input ends before)."
         ),
     ] = None,
     settings: console.Settings = None,
@@ -105,6 +106,7 @@ def simulate(
     experiment = _experiment(
         fmu,
         options.pop("stop_time"),
+        until is None,
         samples,
         logs,
         **options,
@@ -164,16 +166,23 @@ def _opened(model: str, contacts: str | None) -> Fmu:
 
 
 def _experiment(
-    fmu: Fmu, until: float | None, samples: int | None, logs: Sequence[Beside], **options: Any
+    fmu: Fmu, until: float | None, cut: bool, samples: int | None, logs: Sequence[Beside], **options: Any
 ) -> FmuExperiment:
-    """From the start to the end that were asked for, or that the FMU of somebody else suggests."""
+    """From the start to the end that were asked for, or that the FMU of somebody else suggests; ``cut`` where a log of
+    an input ends before."""
     import numpy as np
 
     from fmu_models.importer.experiment import FmuExperiment
+    from fmu_models.importer.texts import is_text
     from fmu_models.simulation.beside import times_beside
+    from fmu_models.simulation.measured import column_of_log, read_measured
 
     start, end = (0.0, UNTIL) if fmu.ours else fmu.suggested_times()
-    experiment = FmuExperiment(end if until is None else until, start, **options)
+    end = end if until is None else until
+    if cut:
+        texts = [text for name, text in options["inputs"].items() if isinstance(text, str) and not is_text(fmu, name)]
+        end = min([end, *(float(read_measured(column_of_log(text)[0]).time[-1]) for text in texts)])
+    experiment = FmuExperiment(end, start, **options)
     if not experiment.stop_time > start or (samples is None and experiment.is_co_simulation(fmu)):
         return experiment
     times = np.linspace(start, experiment.stop_time, samples or SAMPLES)

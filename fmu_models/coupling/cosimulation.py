@@ -15,7 +15,6 @@ The order of the units is irrelevant to the result.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING
@@ -27,7 +26,7 @@ from fmu_models.base.errors import StickslipError
 from fmu_models.coupling.bonds import PowerBonds
 from fmu_models.coupling.control import SHRINK, StepControl
 from fmu_models.coupling.histories import SLOPE_AT_END, History, Matrix, Vector
-from fmu_models.coupling.outcome import Outcome, Tell
+from fmu_models.coupling.outcome import Halts, Outcome, Tell
 from fmu_models.coupling.points import CommunicationPoints
 from fmu_models.coupling.recording import recording
 from fmu_models.importer import request
@@ -46,7 +45,6 @@ JUMP = 100.0  # of the tolerance: a signal that is off by more has jumped
 MERGED = 3.0  # times as long: two events that undo one another
 BENT = 0.1  # of the tolerance: lines that do not bend more reach an event at once
 DISCARDS = 12  # in a row
-CHATTERING, CHATTER_SPAN = 300, 1e-8  # events in a row that are so near, in the run, that it would never end
 STUBBORN = 3  # misses in a row that a shorter step does not lessen: a jump
 
 
@@ -128,7 +126,7 @@ class Master(Outcome):
         self._smooth = not any(unit.continuous.any() for unit in self.units)
         self.h, self._limit = 0.0, np.inf  # of the next step alone
         self._before: Vector | None = None  # what was read before the last event
-        self._halts = deque([-np.inf] * CHATTERING, CHATTERING)  # times of the last events, merged ones too
+        self._halts = Halts(self.span)
         recorded, self.output, self.watch = recording(self.points, names, times, fixed=bool(self.step))
         variables = self.points.composite.fmu.variables
         self.measured_in = {name: str(variables[name].unit or "1") for name in recorded}
@@ -377,16 +375,7 @@ class Master(Outcome):
         MotionError: events follow one another without end."""
         self.steps += 1
         points = self.points
-        self._halts.append(time)
-        if time - self._halts[0] <= CHATTER_SPAN * self.span:
-            name = points.events[-1].name if points.events else "a unit"
-            raise MotionError(
-                f"the last {CHATTERING} events, of unit '{name}', lie within {time - self._halts[0]:.2g} s at "
-                f"t = {time:.9g} s (chattering): it goes to and fro, and the run would not end. Give its model a state "
-                "of its own (a stick mode) for this motion, or a hysteresis.",
-                "chattering",
-                time,
-            )
+        self._halts.add(time, points.events[-1].name if points.events else "a unit")
         start, points.time = self.history.time, time
         self.output.event(time)
         points.handle_events()
@@ -410,6 +399,3 @@ class Master(Outcome):
                 del events[-2:]
                 before = self.output.last
         self._before = before
-
-
-__all__ = ["Master", "co_simulate"]

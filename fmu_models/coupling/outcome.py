@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
@@ -10,10 +11,32 @@ from fmu_models.coupling.bonds import PowerBonds
 from fmu_models.coupling.dense import DenseOutput
 from fmu_models.coupling.histories import Vector
 from fmu_models.coupling.points import CommunicationPoints
+from fmu_models.importer.motion_error import OWN_STATE, MotionError
 from fmu_models.simulation.trajectory import Trajectory
 
 News = tuple[dict[str, str], list[float], list[Vector]]  # units of measure by name; times and rows since the last ones
 Tell = Callable[[str | News], None]
+
+CHATTERING, CHATTER_SPAN = 300, 1e-8  # events in a row that are so near, in the run, that it would never end
+
+
+class Halts:
+    """Times of the last events, merged ones too, of a run that lasts ``span`` s."""
+
+    def __init__(self, span: float) -> None:
+        self.span, self._times = span, deque([-np.inf] * CHATTERING, CHATTERING)
+
+    def add(self, time: float, unit: str) -> None:
+        """An event of a unit. MotionError: events follow one another without end."""
+        self._times.append(time)
+        if (width := time - self._times[0]) <= CHATTER_SPAN * self.span:
+            raise MotionError(
+                f"the last {CHATTERING} events, of unit '{unit}', lie within {width:.2g} s at t = {time:.9g} s "
+                f"(chattering): it goes to and fro, and the run would not end. {OWN_STATE}",
+                "chattering",
+                time,
+                concerned=[unit],
+            )
 
 
 class Outcome:

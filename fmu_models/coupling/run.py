@@ -186,19 +186,17 @@ def _as_one(
 def _with_cure(error: MotionError, system: CoupledSystem) -> MotionError:
     """The error; where contacts chatter it names the rates of fed inputs that they depend on, or that the unit
     takes which is named as a whole, and that nothing feeds."""
+    if error.kind != "chattering":
+        return error
     taken = {".".join(wire.target) for wire in system.wires} | system.values("inputs").keys()
     missing = [
         f"from {'.'.join(wire.source)}'s rate of change to {rate}"
         for wire in system.wires
         if (rate := f"{'.'.join(wire.target)}_rate") not in taken
-        and (rate in str(error) or (f"unit '{wire.target[0]}'" in str(error) and _takes(system, *wire.target)))
+        and (rate in error.concerned or (wire.target[0] in error.concerned and _takes(system, *wire.target)))
     ]
-    if error.kind != "chattering" or not missing:
-        return error
-    text = f"{error} Or connect what a contact that sticks has to know: {', '.join(missing)}."
-    cured = MotionError(text, error.kind, error.time, error.indicator)
-    cured.so_far = error.so_far
-    return cured
+    advice = f"Or connect what a contact that sticks has to know: {', '.join(missing)}."
+    return error.with_advice(advice) if missing else error
 
 
 def _takes(system: CoupledSystem, unit: str, name: str) -> bool:

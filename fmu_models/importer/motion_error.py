@@ -33,17 +33,26 @@ class MotionError(StickslipError):
         kind: a value of KINDS.
         time: s; of a Zeno motion the time at which its events accumulate.
         indicator: index of the event indicator concerned, or None.
+        concerned: variables that it depends on; of a co-simulation the unit.
         so_far: the run up to there, where there is any.
     """
 
     so_far: Trajectory | None = None
 
-    def __init__(self, text: str, kind: str, time: float, indicator: int | None = None) -> None:
+    def __init__(
+        self, text: str, kind: str, time: float, indicator: int | None = None, concerned: Sequence[str] = ()
+    ) -> None:
         super().__init__(text)
-        self.kind, self.time, self.indicator = kind, time, indicator
+        self.kind, self.time, self.indicator, self.concerned = kind, time, indicator, concerned
 
     def __reduce__(self) -> tuple[object, ...]:
-        return MotionError, (str(self), self.kind, self.time, self.indicator), {"so_far": self.so_far}
+        return MotionError, (str(self), self.kind, self.time), vars(self)
+
+    def with_advice(self, advice: str) -> MotionError:
+        """The error, with one more thing to do."""
+        error = MotionError(f"{self} {advice}", self.kind, self.time)
+        vars(error).update(vars(self))
+        return error
 
     def after(self, trajectory: Trajectory) -> MotionError:
         """The error, with the run up to there."""
@@ -80,7 +89,8 @@ def motion_error(
     statuses = (RUN.FMI_ERROR, RUN.NOT_FINITE, RUN.STEP_TOO_SMALL, RUN.EVENT_ITERATION, RUN.STALLS, RUN.DISCARD)
     if message and status in statuses:
         text += f" The FMU says: {message}"
-    return MotionError(f"{fmu.description.modelName}: {text}", KINDS[status], time, indicator)
+    concerned = () if indicator is None else dependencies(fmu, indicator, states, gradient)
+    return MotionError(f"{fmu.description.modelName}: {text}", KINDS[status], time, indicator, concerned)
 
 
 def _named(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[np.float64]) -> str:
@@ -106,6 +116,7 @@ def _held(report: ctypes.Structure, states: Sequence[str]) -> str:
     return "It cannot be held there: inputs change afterwards, or a time event comes."
 
 
+OWN_STATE = "Give the model a state of its own (a stick mode) for this motion, or a hysteresis."
 _SLIDES = "{indicator} chatters at {at} while the motion slides along "
 _TEXTS = {
     RUN.NOT_FINITE: "the derivative of the state '{state}' is not a finite number at {at}. Check parameters and start "
@@ -136,8 +147,7 @@ _TEXTS = {
     "state of its own for one of them.",
     RUN.CHATTERING: "events of {indicator} follow one another without end at {at} (chattering), and the motion along "
     "its surface cannot be computed: the FMU does not lead there from both sides, or moves its states, or does not "
-    "choose its equations by the side. Give the model a state of its own (a stick mode) for this motion, or a "
-    "hysteresis.",
+    "choose its equations by the side. " + OWN_STATE,
 }
 
 

@@ -290,7 +290,7 @@ def least_parts(system: SectionSystem, cycles: Vector, within: Vector) -> Intege
     m, period, _ = cycles.shape
     lengths = np.full(m, period, np.int64)
     for length in (divisor for divisor in range(period - 1, 0, -1) if period % divisor == 0):
-        distances = system.difference(cycles - np.roll(cycles, length, axis=1))
+        distances = system.difference(cycles - cycles[:, np.arange(-length, period - length)])
         lengths[(np.abs(distances) <= within).all(axis=(1, 2))] = length
     return lengths
 

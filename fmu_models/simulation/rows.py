@@ -74,6 +74,8 @@ class RunRows:
 
 def joined(pieces: Sequence[RunRows], begins: Sequence[int]) -> RunRows:
     """The rows of all chunks, which begin at these runs."""
+    if len(pieces) == 1:
+        return pieces[0]
     messages = {b + i: text for piece, b in zip(pieces, begins, strict=True) for i, text in piece.messages.items()}
     arrays = [piece.arrays() for piece in pieces]
     return RunRows(**{name: np.concatenate([piece[name] for piece in arrays]) for name in arrays[0]}, messages=messages)  # type: ignore[arg-type]

@@ -16,11 +16,13 @@ from fmu_models.scene.scene import Scene
 from fmu_models.simulation.trajectory import Event, Trajectory
 from identification.fit.result import FrictionFit
 from identification.laws import bristled, find_law
-from identification.measurement.pooled import RigValues, rig_values
+from identification.measurement.pooled import RigValues, rig_of
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
+from rig_io.logs.log import RigLog
 
 TRANSIENT = 30.0  # natural periods left out: starts die out with c/(2J), which takes some ten on a weakly damped rig
 AT_REST = 1e-12  # rad, up to which the angle of rest is found
+SAME_RIG = 0.02  # relative difference of a constant up to which a later, better measurement explains it
 NUDGE = 1e-5  # rad/s, to either side, for the damping of steady sliding: error 1e-9 of it
 
 AGEING = "ageing"  # the law of the FMU whose breakaway ages
@@ -236,7 +238,7 @@ def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tupl
 
 def fitted_rig(fit: FrictionFit) -> RigValues:
     """The constants of the rig with which a law was fitted."""
-    return rig_values({constant.name: constant.value for constant in (*fit.constants, *fit.nuisance)})
+    return rig_of((*fit.constants, *fit.nuisance))
 
 
 def rig_constants(fit: FrictionFit) -> dict[str, float]:
@@ -262,3 +264,35 @@ def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
         if parameter.name in CHANGEOVER.values():
             values[parameter.name] = parameter.value
     return values
+
+
+def check_rig_of(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[RigLog]) -> None:
+    """Refuse logs of another rig, of other discs or materials than those of a fit."""
+    fitted, first = fit.contacts, logs[0]
+    if not set(contacts) <= set(fitted):
+        raise StickslipError(
+            f"The fit is of {' and '.join(fitted)}, log '{first.name}' is of {' and '.join(contacts)}. Compare like "
+            "with like."
+        )
+    if len(contacts) > 1 and first.experiment.arrangement != arrangement_of(fit):
+        raise StickslipError(
+            f"The fit is of discs arranged '{arrangement_of(fit)}', log '{first.name}' of discs arranged "
+            f"'{first.experiment.arrangement}'. Compare like with like."
+        )
+    pairs = dict(zip(fitted, fit.materials, strict=False))
+    for log in logs:
+        for contact, pair in zip(contacts, log.experiment.materials, strict=False):
+            if pairs.get(contact, pair) != pair:
+                raise StickslipError(
+                    f"The fit is of {pairs[contact]} on {contact}, log '{log.name}' is of {pair}. Compare like with "
+                    "like."
+                )
+    constants = rig_constants(fit)
+    forces = (f"N{contact[-1]}" for contact in contacts if not first.has(f"load{contact[-1]}"))
+    for name in ("J", "R", "r", *forces):
+        model, logged = constants[name], first.rig.value(name)
+        if abs(logged / model - 1) > SAME_RIG:
+            raise StickslipError(
+                f"The fit is of a rig with {name} = {model:g}, the logs are of one with {logged:g} (SI units). Compare "
+                "like with like."
+            )

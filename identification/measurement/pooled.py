@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,6 +50,11 @@ class RigValues:
         """Friction coefficient that holds the spring where the body has turned by a radian, k/(R N)."""
         return self.k / (self.R * self.N)
 
+    @property
+    def natural_period(self) -> float:
+        """2 pi sqrt(J/k), s."""
+        return float(2 * np.pi * np.sqrt(self.J / self.k))
+
 
 @dataclass(frozen=True, eq=False)
 class Pool(Shown):
@@ -82,7 +87,7 @@ class Pool(Shown):
     @property
     def values(self) -> RigValues:
         """Constants at their stated values."""
-        return rig_values({prior.name: prior.value for prior in self.priors})
+        return rig_of(self.priors)
 
     @property
     def assumed(self) -> tuple[str, ...]:
@@ -95,8 +100,7 @@ class Pool(Shown):
     @property
     def natural_period(self) -> float:
         """2 pi sqrt(J/k), s."""
-        values = self.values
-        return float(2 * np.pi * np.sqrt(values.J / values.k))
+        return self.values.natural_period
 
     def with_constants(self, values: Mapping[str, float]) -> Pool:
         """The same logs of a rig with other constants, by name; those that are not named stay."""
@@ -173,6 +177,11 @@ class Pool(Shown):
 def speed_name(number: int) -> str:
     """The name of the ratio of actual to nominal drive speed in a log, by the log's number."""
     return f"{SPEED}{number + 1}"
+
+
+def rig_of(constants: Iterable[Prior]) -> RigValues:
+    """The rig with these constants."""
+    return rig_values({constant.name: constant.value for constant in constants})
 
 
 def rig_values(values: dict[str, float]) -> RigValues:

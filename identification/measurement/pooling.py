@@ -5,7 +5,6 @@ path.
 """
 
 from collections.abc import Callable, Container, Sequence
-from dataclasses import replace
 from itertools import combinations
 from typing import TypeVar
 
@@ -26,7 +25,7 @@ from identification.measurement.disc_motion import (
 from identification.measurement.free_decay import FreeDecay, fit_free_decay
 from identification.measurement.laser_walk import with_walk
 from identification.measurement.motion import LINE_ERROR, SMOOTHING, DiscMotion, SensorFit
-from identification.measurement.pooled import Pool, RigValues, rig_values
+from identification.measurement.pooled import Pool, RigValues, rig_of
 from identification.measurement.seen_beam import beam_words, seen_beam, with_beam
 from identification.measurement.sensor_checks import check_stick_speed, drive_warnings
 from identification.measurement.slip_segments import THRESHOLD, SlipSegment, slip_segments
@@ -66,37 +65,23 @@ def pool(
         StickslipError: no logs, logs of different rigs, contacts or arrangements, constants missing, or a log that
             `disc_motion`, `fuse` or `slip_segments` refuses.
     """
-    return _pooled(logs, free_decay, threshold, allow_no_stick, described=True)
-
-
-def _pooled(
-    logs: Sequence[RigLog], free_decay: FreeDecay | None, threshold: float, allow_no_stick: bool, *, described: bool
-) -> Pool:
-    """described: whether the laser's beam is what the user says, and not yet what the encoder shows."""
     if threshold <= 0:
         raise StickslipError(
             f"The threshold of slip speed is {threshold:g} m/s; it must be positive (usual: {THRESHOLD})."
         )
-    decays = [log for log in logs if log.kind == "free-decay"]
-    sliding = [log for log in logs if log.kind != "free-decay"]
-    if not sliding:
-        raise StickslipError("There is no stick-slip log among those given. A friction fit needs one, better three.")
-    check_same_rig([*sliding, *decays])
+    sliding, decays = by_kind(logs, "A friction fit needs one, better three.")
     _check_no_copies(sliding)
     contacts, arrangement = _contacts(sliding)
     materials = _materials(sliding, contacts)
     if free_decay is None and decays:
         free_decay = fit_free_decay(decays[0])
     priors = stated_priors(sliding, contacts, free_decay)
-    values = rig_values({prior.name: prior.value for prior in priors})
-    period = float(2 * np.pi * np.sqrt(values.J / values.k))
-    raw, split, unfit = motions_in_pieces(sliding)
-    if described and (beams := seen_beam(raw, SMOOTHING * period)):
-        words = beam_words(raw[0].log.calibration.need("laser"), beams)
-        logs = [with_beam(log, beams[0]) for log in logs]
-        decay = free_decay and next((free_decay.again(log) for log in logs if log.name == free_decay.log), free_decay)
-        ready = _pooled(logs, decay, threshold, allow_no_stick, described=False)
-        return replace(ready, warnings=(words, *ready.warnings))
+    as_seen, raw, split, notes = motions_as_seen(logs, SMOOTHING * rig_of(priors).natural_period)
+    if free_decay is not None and as_seen is not logs:
+        free_decay = next((free_decay.again(log) for log in as_seen if log.name == free_decay.log), free_decay)
+        priors = stated_priors(sliding, contacts, free_decay)
+    values = rig_of(priors)
+    period = values.natural_period
     if free_decay is not None:
         # what the sensor shows at rest is its zero: left in, it would pass to the friction coefficients as k*rest/(R N)
         raw = at_rest(raw, free_decay)
@@ -115,24 +100,50 @@ def _pooled(
     warnings = [f"Log '{log.name}': {warning}" for log in (*sliding, *decays) for warning in log.warnings]
     warnings += [warning for motion in motions for warning in (*motion.warnings, *drive_warnings(motion))]
     segments = tuple(segment for _, segments in usable for segment in segments)
-    said = (*warnings, *unfit, *empty, *sensors.warnings, *pool_warnings(sliding, sensors, priors, free_decay))
+    said = (*notes, *warnings, *empty, *sensors.warnings, *pool_warnings(sliding, sensors, priors, free_decay))
     said += (*zero_unseen(motions, segments, values, free_decay), *creep_unseen(motions))
     readings = stated_readings(sliding) if free_decay is not None else ()
     of_logs: tuple[tuple[str, ...], tuple[str, ...], Arrangement] = (contacts, materials, arrangement)
     return Pool(motions, segments, sensors, priors, *of_logs, threshold, said, readings, zero, free_decay, temperature)
 
 
+def by_kind(logs: Sequence[RigLog], advice: str) -> tuple[list[RigLog], list[RigLog]]:
+    """Stick-slip logs and free decays of one rig. StickslipError: none of the first, which ``advice`` ends; different
+    rigs."""
+    decays = [log for log in logs if log.kind == "free-decay"]
+    sliding = [log for log in logs if log.kind != "free-decay"]
+    if not sliding:
+        raise StickslipError(f"There is no stick-slip log among those given. {advice}")
+    check_same_rig([*sliding, *decays])
+    return sliding, decays
+
+
+def motions_as_seen(
+    logs: Sequence[RigLog], window: float, shortest: float = 0.0
+) -> tuple[Sequence[RigLog], list[DiscMotion], frozenset[str], tuple[str, ...]]:
+    """The logs with the laser's beam that the encoder shows, themselves where that is as described, and what
+    `motions_in_pieces` makes of them. window: s, smoothing."""
+    raw, split, notes = motions_in_pieces(logs, shortest)
+    beams = seen_beam(raw, window)
+    if not beams:
+        return logs, raw, split, notes
+    words = beam_words(raw[0].log.calibration.need("laser"), beams)
+    logs = [with_beam(log, beams[0]) for log in logs]
+    raw, split, notes = motions_in_pieces(logs, shortest)
+    return logs, raw, split, (words, *notes)
+
+
 def motions_in_pieces(
     logs: Sequence[RigLog], shortest: float = 0.0
 ) -> tuple[list[DiscMotion], frozenset[str], tuple[str, ...]]:
-    """Motions of the pieces of all logs, at one rate; names of the pieces of logs that have several; what to say.
+    """Motions of the pieces of all stick-slip logs, at one rate; names of the pieces of logs that have several; notes.
 
     shortest: s, a piece of several must last, or it is left out.
 
     Raises:
         StickslipError: a whole log that `disc_motion` refuses, or no piece is left; logs of different rates.
     """
-    pieces = [log.pieces() for log in logs]
+    pieces = [log.pieces() for log in logs if log.kind != "free-decay"]
     split = frozenset(piece.name for group in pieces if len(group) > 1 for piece in group)
 
     def motion(piece: RigLog) -> DiscMotion:

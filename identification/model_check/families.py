@@ -18,7 +18,7 @@ from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Pictured
 from identification.fit.followed import followed_in
 from identification.fit.result import FrictionFit
-from identification.fitted_model.model import FittedModel, SimulatedMotion, arrangement_of, fitted_model, rig_constants
+from identification.fitted_model.model import FittedModel, SimulatedMotion, check_rig_of, fitted_model, fitted_rig
 from identification.measurement.motion import DiscMotion
 from identification.measurement.seen_beam import beam_words
 from identification.model_check import bifurcations as bifurcations
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 
     from fmu_models.scene.scene import Scene
 
-SAME_RIG = 0.02  # relative difference of a constant up to which a later, better measurement explains it
 CERTAIN = ("same motion", "period")  # of a motion that has not settled, what is judged
 STEADY = 0.02  # relative spread of a drive speed up to which it counts as held
 
@@ -66,11 +65,7 @@ class FamilyComparison(Pictured, Recorded):
         import pandas
 
         rows = [
-            {
-                **member.drive_speeds,
-                **{verdict.name: verdict.value for verdict in member.verdicts},
-                "passed": member.passed,
-            }
+            {**member.drive_speeds, **{v.name: v.value for v in member.verdicts}, "passed": member.passed}
             for member in self.members
         ]
         return pandas.DataFrame(rows, index=pandas.Index([member.log for member in self.members], name="log"))
@@ -106,18 +101,15 @@ def compare_families(
     StickslipError: logs of another rig, of other discs or materials, a log that is no motion, or a law that the FMU
     does not have.
     """
-    constants = rig_constants(fit)
-    families = measured_motions(logs, float(2 * np.pi * np.sqrt(constants["J"] / constants["k"])))
+    families = measured_motions(logs, fitted_rig(fit).natural_period)
     for contacts, motions in families.items():
-        _check_same_rig(fit, contacts, [motion.log for motion in motions])
+        check_rig_of(fit, contacts, [motion.log for motion in motions])
     comparisons = []
     for number, (contacts, motions) in enumerate(families.items()):
-
-        def advance(share: float, done: int = number) -> None:
-            progress((done + share) / len(families))
-
         model = fitted_model(fit, scene, contacts)
-        comparison = _family(fit, model, motions, uncertainty, advance)
+        comparison = _family(
+            fit, model, motions, uncertainty, lambda share, done=number: progress((done + share) / len(families))
+        )
         said, taken = logs[0].calibration.laser, motions[0].log.calibration.laser
         if said and taken and taken.beam != said.beam:
             comparison = replace(comparison, notes=(beam_words(said, [taken.beam]), *comparison.notes))
@@ -374,34 +366,3 @@ def agreement(
     if seen.low > predicted.speed + reach or seen.high < least - reach:
         return False
     return True if known < bifurcations.VAGUE * predicted.speed else None
-
-
-def _check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[RigLog]) -> None:
-    fitted, first = fit.contacts, logs[0]
-    if not set(contacts) <= set(fitted):
-        raise StickslipError(
-            f"The fit is of {' and '.join(fitted)}, log '{first.name}' is of {' and '.join(contacts)}. Compare like "
-            "with like."
-        )
-    if len(contacts) > 1 and first.experiment.arrangement != arrangement_of(fit):
-        raise StickslipError(
-            f"The fit is of discs arranged '{arrangement_of(fit)}', log '{first.name}' of discs arranged "
-            f"'{first.experiment.arrangement}'. Compare like with like."
-        )
-    pairs = dict(zip(fitted, fit.materials, strict=False))
-    for log in logs:
-        for contact, pair in zip(contacts, log.experiment.materials, strict=False):
-            if pairs.get(contact, pair) != pair:
-                raise StickslipError(
-                    f"The fit is of {pairs[contact]} on {contact}, log '{log.name}' is of {pair}. Compare like with "
-                    "like."
-                )
-    constants = rig_constants(fit)
-    forces = (f"N{contact[-1]}" for contact in contacts if not first.has(f"load{contact[-1]}"))
-    for name in ("J", "R", "r", *forces):
-        model, logged = constants[name], first.rig.value(name)
-        if abs(logged / model - 1) > SAME_RIG:
-            raise StickslipError(
-                f"The fit is of a rig with {name} = {model:g}, the logs are of one with {logged:g} (SI units). Compare "
-                "like with like."
-            )

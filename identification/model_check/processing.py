@@ -10,8 +10,7 @@ from fmu_models.base.errors import StickslipError
 from identification.measurement.disc_motion import fuse
 from identification.measurement.free_decay import fit_free_decay
 from identification.measurement.motion import SMOOTHING, DiscMotion, savitzky_golay
-from identification.measurement.pooling import at_rest, check_contacts, check_same_rig, motions_in_pieces
-from identification.measurement.seen_beam import seen_beam, with_beam
+from identification.measurement.pooling import at_rest, by_kind, check_contacts, motions_as_seen
 from identification.measurement.slip_segments import THRESHOLD
 from identification.model_check.portraits import LIMITS, PHASES, Portrait, Rest, Stick
 from rig_io.logs.log import RigLog, stretches
@@ -38,18 +37,10 @@ def measured_motions(logs: Sequence[RigLog], natural_period: float) -> dict[tupl
     as in a fit; natural_period: s, scale of the smoothing.
     StickslipError: no such log, different rigs, a log without disc, or one that cannot be read as a motion.
     """
-    decays = [log for log in logs if log.kind == "free-decay"]
-    sliding = [log for log in logs if log.kind != "free-decay"]
-    if not sliding:
-        raise StickslipError("There is no stick-slip log among those given. Give those to compare with.")
-    check_same_rig([*sliding, *decays])
-    check_contacts(sliding)
-    raw, _, _ = motions_in_pieces(sliding, CYCLES * natural_period)
-    if beams := seen_beam(raw, SMOOTHING * natural_period):
-        sliding, decays = ([with_beam(log, beams[0]) for log in some] for some in (sliding, decays))
-        raw, _, _ = motions_in_pieces(sliding, CYCLES * natural_period)
-    if decays:
-        raw = at_rest(raw, fit_free_decay(decays[0]))
+    check_contacts(by_kind(logs, "Give those to compare with.")[0])
+    logs, raw, _, _ = motions_as_seen(logs, SMOOTHING * natural_period, CYCLES * natural_period)
+    if decay := next((log for log in logs if log.kind == "free-decay"), None):
+        raw = at_rest(raw, fit_free_decay(decay))
     families: dict[tuple[str, ...], list[DiscMotion]] = {}
     for motion in fuse(raw, SMOOTHING * natural_period)[0]:
         families.setdefault(motion.log.contacts, []).append(motion)

@@ -187,7 +187,7 @@ class Upload(Page):
         return self.request.connection
 
     async def post(self) -> None:
-        """Keep them, and go on with what they are. Logs that cannot be read are not kept: all others would wait."""
+        """Keep them, and go on with what they are. What cannot be read is not kept: all other logs would wait."""
         self.request.body = bytes(self.body)
         self.request._parse_body()
         files = self.request.files.get("files", [])
@@ -200,17 +200,19 @@ class Upload(Page):
         for path, body in bodies.items():
             path.parent.mkdir(exist_ok=True)
             path.write_bytes(body)
-        if are_logs:
-            try:
+        try:
+            if are_logs:
                 await asyncio.to_thread(self.desk.drafts.of, self.desk.folder, folder)
-            except StickslipError as error:
-                for path, body in before.items():
-                    path.unlink() if body is None else path.write_bytes(body)
-                raise StickslipError(f"{error} What was dropped is not kept; drop logs that can be read.") from error
-            self.redirect(f"/describe?{urlencode({'folder': folder})}")
-            return
-        path = next(iter(bodies))
-        self.redirect(f"/give/{forms.looking_into(path)}?{urlencode({'first': path.name})}")
+                page = f"describe?{urlencode({'folder': folder})}"
+            else:
+                first, *_ = [forms.looking_into(path) for path in bodies]
+                page = f"give/{first}?{urlencode({'first': next(iter(bodies)).name})}"
+        except StickslipError as error:
+            for path, body in before.items():
+                path.unlink() if body is None else path.write_bytes(body)
+            kind = "logs" if are_logs else "files"
+            raise StickslipError(f"{error} What was dropped is not kept; drop {kind} that can be read.") from error
+        self.redirect(f"/{page}")
 
 
 def _plain(name: str) -> str:

@@ -1,10 +1,12 @@
 """XLSX and ODS: one sheet, a header of names (``name [unit]``, or a row of units below) above rows of numbers."""
 
+from __future__ import annotations
+
 import zipfile
 from collections.abc import Iterable, Sequence
 from datetime import date, datetime, time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +15,9 @@ from rig_io.logs.guarded import Channel, Channels, need, table_of
 from rig_io.logs.stamps import DAY
 from rig_io.logs.table import Reader, Table
 from rig_io.logs.text_layout import is_none, is_number, unit_like, unit_of
+
+if TYPE_CHECKING:
+    import pandas
 
 UNPACKED = 2 << 30  # bytes of all parts of the archive
 HEADER = 40  # rows within which the table begins
@@ -33,11 +38,13 @@ def channels(path: str, sheet: str = "") -> Channels:
     with zipfile.ZipFile(path) as archive:
         if sum(entry.file_size for entry in archive.infolist()) > UNPACKED:
             raise StickslipError(f"'{path}' unpacks to more than {UNPACKED >> 30} GB. Save it as CSV.")
-    sheets = _ods(path) if path.lower().endswith(".ods") else _xlsx(path)
-    chosen = {name: rows for name, rows in sheets if not sheet or name == sheet}
-    if sheet and not chosen:
-        raise StickslipError(f"'{path}' has no sheet '{sheet}'.{nearest(sheet, [name for name, _ in sheets])}")
-    tables = {name: table for name, rows in chosen.items() if (table := _table(rows)) is not None}
+    import pandas
+
+    frames = pandas.read_excel(path, sheet_name=None, header=None, dtype=object)
+    chosen = {str(name): frame for name, frame in frames.items() if sheet in ("", str(name))}
+    if not chosen:
+        raise StickslipError(f"'{path}' has no sheet '{sheet}'.{nearest(sheet, map(str, frames))}")
+    tables = {name: table for name, frame in chosen.items() if (table := _table(frame)) is not None}
     if len(tables) > 1:
         raise StickslipError(
             f"'{path}' has tables in the sheets {', '.join(tables)}. Say which one: stickslip describe FILE --read "
@@ -46,29 +53,10 @@ def channels(path: str, sheet: str = "") -> Channels:
     return next(iter(tables.values()), Channels([]))
 
 
-def _xlsx(path: str) -> list[tuple[str, list[Sequence[Any]]]]:
-    from openpyxl import load_workbook
-
-    book = load_workbook(path, read_only=True, data_only=True)
-    try:
-        return [(sheet.title, [row for row in sheet.iter_rows(values_only=True)]) for sheet in book.worksheets]
-    finally:
-        book.close()
-
-
-def _ods(path: str) -> list[tuple[str, list[Sequence[Any]]]]:
-    import pandas
-
-    frames = pandas.read_excel(path, sheet_name=None, header=None, engine="odf")
-    return [
-        (str(name), [[None if cell != cell else cell for cell in row] for row in frame.itertuples(index=False)])
-        for name, frame in frames.items()
-    ]
-
-
-def _table(rows: Sequence[Sequence[Any]]) -> Channels | None:
+def _table(frame: pandas.DataFrame) -> Channels | None:
     """The table in a sheet: below the last row of words within the first ones."""
-    rows = [row for row in rows if any(cell not in (None, "") for cell in row)]
+    cells = ([None if cell != cell else cell for cell in row] for row in frame.itertuples(index=False))
+    rows = [row for row in cells if any(cell not in (None, "") for cell in row)]
     start = next((i for i, row in enumerate(rows[:HEADER]) if _is_row(row)), None)
     if start is None:
         return None

@@ -44,6 +44,13 @@ def test_a_run_is_driven_by_a_log_and_held_against_it(stickslip, tmp_path, log):
     assert "run less measurement" in shown and "rms/span" in shown
 
 
+def test_a_run_without_an_end_ends_with_its_log(stickslip, tmp_path, log):
+    """3 s, where runs of ours are of 20 s and that of the scene of 4 s."""
+    for model in ("disc_rig", "disc_rig_class_a"):
+        assert stickslip("simulate", model, "--input", f"w0={log}:n", "-o", f"{model}.csv").code == 0
+        assert pd.read_csv(tmp_path / f"{model}.csv").iloc[-1, 0] == 3.0
+
+
 def test_a_run_that_differs_by_more_ends_with_1(stickslip, log):
     answer = stickslip(*ARGUMENTS, "--input", "w0=0.6", "--beside", log, "--within", "0.02")
     assert answer.code == 1 and "Not within the deviation" in answer.out

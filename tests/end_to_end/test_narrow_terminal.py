@@ -11,8 +11,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 
 from fmu_models.base import console, shipped
+from identification.commands.application import COMMANDS, command_of
 
 pty = pytest.importorskip("pty", reason="terminals as POSIX has them")
 COLUMNS = 80
@@ -84,6 +86,19 @@ def test_what_is_pasted_stands_on_one_line() -> None:
         assert command + end[:1] in console.hanging(say + command + end, 30).split("\n")[2]
     # what is not in it wraps as ever
     assert console.hanging("the drives' logs, it's so", 12) == "the drives'\nlogs, it's\nso"
+
+
+def test_examples_break_between_options(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = [line.strip() for line in on_terminal(["simulate", "--help"], COLUMNS, folder).split("\n")]
+    assert "-o run.h5" in said and "--plot y,phi_M,phi_S --plot phi_S:w_S" in said
+    monkeypatch.setenv("COLUMNS", str(COLUMNS))
+    for name in COMMANDS:
+        if not isinstance(command := command_of(name), typer.Typer):
+            for text in console.flowing(command).split("\n\n"):
+                lines = text.split("\n")
+                assert not text.startswith("Example:") or max(map(len, lines)) <= COLUMNS - 2
+                # no option stands at the end of a line without its value
+                assert not any(re.fullmatch("[^-].*", after) for after in lines[1:]), text
 
 
 def test_usage_errors_break_between_words(folder: Path) -> None:

@@ -155,6 +155,11 @@ def test_logs_that_cannot_be_read_are_told_and_not_kept(visitor: Visitor, name: 
     assert not list((visitor.folder / "logs").iterdir())
 
 
+def test_a_document_that_cannot_be_read_is_told_and_not_kept(visitor: Visitor) -> None:
+    told = visitor.fault_of("model", "broken.toml", b"[units\n")
+    assert "broken.toml" in told and "is not kept" in told and not (visitor.folder / "broken.toml").exists()
+
+
 def test_a_log_that_cannot_be_read_replaces_none(visitor: Visitor) -> None:
     kept = visitor.folder / "logs" / "run.csv"
     kept.parent.mkdir(exist_ok=True)

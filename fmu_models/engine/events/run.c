@@ -248,7 +248,8 @@ static CALLED RunStatus advance_on_pieces(Run *r, double t, int stop_at_event, E
     while (r->at.time < t || (r->segment_valid && r->segment_event && run_segment_end(r, &rest) <= t)) {
         if (!r->segment_valid) {
             if (r->pause_at && r->steps >= r->pause_at) return RUN_PAUSED;
-            if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, t)) == RUN_ERROR) return RUN_ERROR;
+            if (run_check_pace(r) == RUN_ERROR || taylor_step(r, run_step_limit(r, t), 1) == RUN_ERROR)
+                return RUN_ERROR;
             r->section.searched = 0.0;
         }
         const double end = run_segment_end(r, &rest);

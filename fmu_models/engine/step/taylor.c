@@ -20,6 +20,7 @@
 #include "../model/rough.h"
 #include "cone_rest.h"
 #include "event_location.h"
+#include "flight.h"
 #include "flow.h"
 #include "linear.h"
 #include "reach.h"
@@ -345,7 +346,7 @@ static double cut_reach(Run *r, int order, double h, double natural)
     return reach;
 }
 
-RunStatus taylor_step(Run *r, double limit)
+RunStatus taylor_step(Run *r, double limit, int flies)
 {
     const int full = taylor_order(r);
     r->jets.wave = r->scratch.wave; /* what an event was resolved with */
@@ -365,6 +366,10 @@ RunStatus taylor_step(Run *r, double limit)
         flow_rooted_series(&r->at, &r->jets, full);
         r->evaluations += full;
     } else if ((r->segment_linear = linear_series(r, &r->jets, full))) {
+        r->segment_rests = -1;
+        r->segment_valid = flies && flight_step(r, limit);
+        r->steps += r->segment_valid;
+        if (r->segment_valid) return RUN_OK;
         order = LINEAR_ORDER;
         limit = before_impact(r, &r->jets, limit);
     } else {

@@ -20,7 +20,7 @@ int taylor_order(const Run *r);
 /* whether the next step runs in the root of time: a law with half-integer powers of its depth starts at zero depth */
 int taylor_starts_rooted(Run *r);
 /* the next step from r, cut at the first fall of an indicator */
-RunStatus taylor_step(Run *r, double limit);
+RunStatus taylor_step(Run *r, double limit, int flies);
 /* the series of that step to the full order, where terms that vanish have ended them before; sums have all their terms */
 void taylor_complete(Run *r);
 /* end it, if it is longer than that */

@@ -132,7 +132,7 @@ int table_make(LaneTable *t, const double *p, const double *u, double period)
     static const double no_sign[NC];
     LaneRows r;
     double slowest = INFINITY, fastest = 0.0;
-    int homes = 0, home[LANES_HOMES];
+    int homes = 0, home[LANES_HOMES] = {0};
     t->usable = 0;
     memset(t->made, 0, sizeof t->made);
     memcpy(t->p, p, MODEL_NP * sizeof *p);

@@ -158,11 +158,12 @@ def test_a_drift_of_a_laser_alone_is_named_and_known_poorly() -> None:
     fit = fit_friction(ready, estimator="weak-form", disturbances="auto", law_spread="none")
     (cause,) = fit.causes
     assert cause.name == DRIFT and cause.unit == "m" and "poorly" in cause.sentence
-    # the zero is as uncertain as the drift is large: 0.4 of 0.3 mm makes 0.12e-3/R k/(R N) of friction
+    # The zero is as uncertain as the drift is large: 0.4 of 0.3 mm makes 0.12e-3/R k/(R N) of friction. The free decay,
+    # which drifts too, contradicts the laser's gain: that takes over a part of it as one of the rig's constants.
     least = 0.4 * cause.size / 0.125 * 2.62 / (0.125 * 4.905)
     error = np.abs(fit.law_values - TRUTH)
     for one, off in zip(fit.parameters, error, strict=True):
-        assert off < 2 * one.total_deviation and (one.name == "p" or one.standard_deviation > least)
+        assert off < 2 * one.total_deviation and (one.name == "p" or one.total_deviation > least)
     assert (error / TRUTH < [0.02, 0.03, 0.06]).all()
 
 

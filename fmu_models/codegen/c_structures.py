@@ -72,12 +72,10 @@ class Declarations:
             self._structures[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
         return self._structures[name]
 
-    def packing(self, name: str, first: str, last: str) -> tuple[struct.Struct, int]:
-        """How consecutive fields of a structure, numbers and pointers, are packed, and where the first one is."""
-        structure = self.structure(name)
-        names, types = zip(*structure._fields_, strict=True)
-        codes = (number._type_ for number in types[names.index(first) : names.index(last) + 1])
-        return struct.Struct("".join(codes)), getattr(structure, first).offset
+    def packing(self, name: str, first: str, last: str) -> struct.Struct:
+        """How consecutive fields of a structure are packed, numbers and pointers."""
+        names, types = zip(*self.structure(name)._fields_, strict=True)
+        return struct.Struct("".join(t._type_ for t in types[names.index(first) : names.index(last) + 1]))
 
     def _fields(self, declaration: str, structure: str) -> list[tuple[str, Any]]:
         """The fields of one declaration, such as ``const double *a, *b[N]``."""

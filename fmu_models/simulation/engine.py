@@ -39,7 +39,7 @@ RUN = C.constants(prefix="WHOLE_RUN_")
 EVENT = np.dtype(C.structure("ContactEvent"))
 # an instant may need a thousand per contact: enough for 262; memory not written to costs nothing
 EVENT_CAPACITY = 1 << 18
-_pack_start = C.packing("RunStart", "n_initial", "tolerance")[0].pack_into
+_START = ctypes.sizeof(C.structure("RunStart"))
 LINE = 8  # numbers in a line of memory
 
 
@@ -76,7 +76,7 @@ class Engine:
                 "--method auto."
             )
         self.open = _bound(dll[f"{prefix}_open"], c_void_p, c_char_p)
-        self.restart = _bound(dll[f"{prefix}_restart"], c_int, c_void_p, POINTER(C.structure("RunStart")))
+        self.restart = _bound(dll[f"{prefix}_restart"], c_int, c_void_p, c_void_p)
         self.simulate = _bound(dll[f"{prefix}_simulate"], c_int, c_void_p, POINTER(C.structure("WholeRun")))
         weakref.finalize(self, _let_go, dll, _bound(dll[f"{prefix}_close"], None, c_void_p), handles)
         if core:
@@ -122,7 +122,7 @@ class EngineInstance:
     def __init__(self, engine: Engine) -> None:
         self._model, self._restart = engine.model, engine.restart
         self._message = ctypes.create_string_buffer(RUN.MESSAGE)
-        self._start, self._room, self._kept = C.structure("RunStart")(), -1, np.empty(0)
+        self._room, self._kept = -1, np.empty(0)
         handle = engine.open(self._message)
         if not handle:
             raise MemoryError(f"no memory for an instance of {engine.model}")
@@ -153,17 +153,16 @@ class EngineInstance:
         if self._restart(self.handle, self.start(initial, start_time, tolerance)) != RUN.DONE:
             raise self.failure()
 
-    def start(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> ctypes.Structure:
-        """Start values by reference as the engine reads them, until it is asked for again."""
+    def start(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> int:
+        """Address of a RunStart with start values by reference, until it is asked for again."""
         n = len(initial)
-        layout, c = _layout(n), self._start
         if n > self._room:
-            self._room, self._numbers = n, bytearray(layout.size or 1)
-            self._where = address(self._numbers)
-        layout.pack_into(self._numbers, 0, *initial.values(), *initial)
-        where = self._where
-        _pack_start(c, 0, n, where + 8 * n, where, start_time, tolerance)
-        return c
+            self._room, self._start = n, bytearray(_START + 12 * n)
+            self._where = address(self._start)
+        values = self._where + _START
+        layout = _layout(n)
+        layout.pack_into(self._start, 0, n, values + 8 * n, values, start_time, tolerance, *initial.values(), *initial)
+        return self._where
 
     def failure(self) -> StickslipError:
         """An error that says why the engine has refused last."""
@@ -176,8 +175,8 @@ class EngineInstance:
 
 @cache
 def _layout(n: int) -> struct.Struct:
-    """Of n values and their references; doubles first, which need the stricter alignment."""
-    return struct.Struct(f"={n}d{n}I")
+    """Of a RunStart, n values and their references; doubles first, which need the stricter alignment."""
+    return struct.Struct(f"{C.packing('RunStart', 'n_initial', 'tolerance').format}{n}d{n}I")
 
 
 def address(array: NDArray[Any] | memoryview | bytearray) -> int:

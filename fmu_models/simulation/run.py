@@ -58,10 +58,9 @@ def simulate(
         StickslipError: unknown name, value out of its range, times out of order, an FMU of somebody else, or a motion
             that the engine cannot continue (the message says when and why).
     """
-    return KeptRun(fmu, tolerance=tolerance)(
-        stop_time, start_time=start_time, parameters=parameters, start=start, inputs=inputs,
-        output_times=output_times, sides=sides, progress=progress,
-    )  # fmt: skip
+    check_tolerance(tolerance)
+    values = parameters, start, inputs
+    return _trajectory(fmu, facts_of(fmu), tolerance, start_time, stop_time, values, output_times, sides, progress)
 
 
 @dataclass(frozen=True)
@@ -152,30 +151,35 @@ class KeptRun(Shown):
     ) -> Trajectory:
         """The run of ``simulate`` with these arguments. StickslipError: as for ``simulate``, after which the next run
         is as any other; or this was closed."""
-        model, span = self._facts, (start_time, stop_time)
-        if model is None:
+        if self._facts is None:
             raise StickslipError("The runs of this FMU are closed. Open a KeptRun again.")
-        check_span(*span)
-        times, values = checked_times(output_times, *span), (parameters, start, inputs)
-        return model.trajectory(
-            times, _rows(self.fmu, model, self.tolerance, span, values, times, progress, sides=sides)
-        )
+        given, values = (self.fmu, self._facts, self.tolerance), (parameters, start, inputs)
+        return _trajectory(*given, start_time, stop_time, values, output_times, sides, progress)
+
+
+def _trajectory(
+    fmu: Fmu, model: RunFacts, tolerance: float, start: float, stop: float, values: _Values,
+    output_times: ArrayLike | None, sides: bool, progress: Progress,
+) -> Trajectory:  # fmt: skip
+    """The run of ``simulate``; arguments in their order, since names cost time."""
+    check_span(start, stop)
+    times = checked_times(output_times, start, stop)
+    return model.trajectory(times, _rows(fmu, model, tolerance, (start, stop), values, times, progress, sides=sides))
 
 
 def _rows(
     fmu: Fmu, model: RunFacts, tolerance: float, span: tuple[float, float], values: _Values, times: Vector,
     progress: Progress, ends: Vector | None = None, recorded: NDArray[np.uint32] | None = None, sides: bool = False,
 ) -> whole_run.Result:  # fmt: skip
-    """The values of the recorded variables; arguments in their order, since names cost time. At ``ends`` steps have to
-    end beside where they would."""
+    """The values of the recorded variables. At ``ends`` steps have to end beside where they would."""
     initial, driven = settings_of(fmu, model, span, values, ends)
     stops = np.concatenate((times, [span[1]])) if times.item(-1) < span[1] else times
+    references = model.recorded if recorded is None else recorded
     engine = model.engine
     instance = engine.take()
     try:
-        instance.restart(initial, span[0], tolerance)
-        references = model.recorded if recorded is None else recorded
-        return whole_run.run(engine, instance, stops, references, driven, sides, progress)
+        start = instance.start(initial, span[0], tolerance)
+        return whole_run.run(engine, instance, start, stops, references, driven, sides, progress)
     finally:
         engine.give(instance)
 

@@ -17,10 +17,9 @@ SIDES = 256  # instants with events per call whose sides are recorded
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
 
 _DONE, _MORE = RUN.DONE, RUN.MORE
-_ROW_PACKING, _ROWS = C.packing("WholeRun", "n_times", "n_inputs")
-_PLACE_PACKING, _PLACE = C.packing("WholeRun", "side_capacity", "next_knot")
-_PACK_ROWS, _PACK_PLACE = _ROW_PACKING.pack_into, _PLACE_PACKING.pack_into
+_PACK = C.packing("WholeRun", "start", "n_events").pack_into
 _WholeRun = C.structure("WholeRun")
+_RunStart = C.structure("RunStart")
 _SensitivityRun = C.structure("SensitivityRun")
 NEAR_MISS = np.dtype(C.structure("NearMiss"))
 NEAR_MISSES = 1 << 14  # as many as a run of some thousand events can have; memory not written to costs nothing
@@ -66,16 +65,16 @@ class Result(NamedTuple):
 
 
 def run(
-    engine: Engine, instance: EngineInstance, times: Vector, references: NDArray[np.uint32],
+    engine: Engine, instance: EngineInstance, start: int, times: Vector, references: NDArray[np.uint32],
     inputs: tuple[NDArray[np.uint32], Knots] | None = None, sides: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:  # fmt: skip
-    """Make the run of an instance that was started, of a ``Request`` part by part. StickslipError: the engine cannot
-    continue the motion."""
+    """Make the run of a ``Request``, part by part, from an ``EngineInstance.start``, or from where the instance is if
+    that is 0. StickslipError: the engine refuses the start, or cannot continue the motion."""
     values = np.empty((times.size, references.size))
     c, call, handle = instance.whole_run, engine.simulate, instance.handle
     room = np.full((SIDES, 2, 1 + references.size), np.nan) if sides else None
-    _fill(c, times, references, values, inputs, room)
+    _fill(c, times, references, values, inputs, room, start)
     chunks, parts, seconds, status = [], [], 0.0, _MORE
     while status == _MORE:
         c.n_events = c.n_sides = 0
@@ -223,7 +222,7 @@ class Differentiator:
         _fill(run, request.times, request.references, values, request.inputs)
         run.allowance = self._allowance
         c.started = 0
-        c.start = self._instance.start(initial, start_time, tolerance)
+        c.start = _RunStart.from_address(self._instance.start(initial, start_time, tolerance))
         c.n_seeds, c.seeds = (0, None) if seeds is None else (len(seeds), address(seeds))
         c.derivatives = address(derivatives)
         details = self._details
@@ -251,11 +250,13 @@ def structure(request: Request, values: Vector, instance: EngineInstance) -> Str
 
 def _fill(
     c: Structure, times: Vector, references: NDArray[np.uint32], values: Vector,
-    inputs: tuple[NDArray[np.uint32], Knots] | None, sides: Vector | None = None,
+    inputs: tuple[NDArray[np.uint32], Knots] | None, sides: Vector | None = None, start: int = 0,
 ) -> None:  # fmt: skip
     """Write a request into the structure, whose arrays the caller keeps alive."""
-    _PACK_ROWS(c, _ROWS, times.size, references.size, address(times), address(references), address(values), 0, 0)
-    _PACK_PLACE(c, _PLACE, *((0, 0, 0) if sides is None else (SIDES, 0, address(sides))), ALLOWANCE, 0, 0)
+    _PACK(
+        c, 0, start, times.size, references.size, address(times), address(references), address(values), 0, 0,
+        *((0, 0, 0) if sides is None else (SIDES, 0, address(sides))), ALLOWANCE, 0, 0, 0,
+    )  # fmt: skip
     if inputs:
         driven, (knot_times, knot_values, rates) = inputs
         c.n_knots, c.n_inputs = knot_times.size, driven.size

@@ -20,12 +20,13 @@ very strong).
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Pictured, Shown
 from identification.inference.choice import coloured_covariance
 from identification.inference.defaults import COVARIANCE
@@ -69,7 +70,7 @@ class LawScore(Shown):
 
 
 @dataclass(frozen=True)
-class LawComparison(Pictured):
+class LawComparison(Pictured, Recorded):
     """Laws, best first. residuals: number of residuals; effective: of them, as independent ones; warnings: what speaks
     against even the first law; verdict: what decides, and how sure it is; estimator: whose residuals they are; causes:
     disturbances that were estimated beside every law; aside: laws that were not compared, and why; elastic: whether
@@ -111,13 +112,6 @@ class LawComparison(Pictured):
     def preferred(self) -> str | None:
         """Name of the best law; None if the values of none mean what it says."""
         return None if self.best.warnings else self.best.law
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values only; None for a deviation that there is not."""
-        plain = asdict(self)
-        for score in plain["scores"]:
-            score["deviations"] = {n: sd if np.isfinite(sd) else None for n, sd in score["deviations"].items()}
-        return plain
 
 
 @dataclass(frozen=True)

@@ -43,19 +43,13 @@ class CalibrationFindings(Findings):
     """What the report of a calibration is made of. followed: logs beside it; live: the model in a frame (empty: none);
     notes: what could not be shown, and why; loops: what is said of loops beside the law, plain values."""
 
+    RECORD = ("calibration=calibration.to_dict", "logs=followed", "loops", "notes")
+
     calibration: Calibration
     followed: Sequence[FollowedLog]
     live: str = ""
     notes: Sequence[str] = ()
     loops: Mapping[str, Any] = field(default_factory=dict)
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "calibration": self.calibration.to_dict(),
-            "logs": [log.to_dict() for log in self.followed],
-            "loops": dict(self.loops),
-            "notes": list(self.notes),
-        }
 
     def title(self) -> str:
         return self.calibration.title

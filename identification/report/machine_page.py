@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from fmu_models.base.errors import StickslipError
 from fmu_models.language.mechanism import Mechanism
@@ -23,16 +22,14 @@ class MachineFindings(Findings):
     """What the report of a machine is made of. seen, others: efforts of logs that were fitted and of others; runs:
     beside the logs; notes: what could not be shown, and why."""
 
+    RECORD = ("fit", "runs", "notes")
+
     fit: MachineFit
     mechanism: Mechanism
     seen: Sequence[Predicted]
     others: Sequence[Predicted]
     runs: Sequence[MachineRun]
     notes: Sequence[str]
-
-    def to_dict(self) -> dict[str, Any]:
-        runs = [run.to_dict() for run in self.runs]
-        return {"fit": self.fit.to_dict(), "runs": runs, "notes": list(self.notes)}
 
     def title(self) -> str:
         return self.fit.title

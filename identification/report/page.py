@@ -12,20 +12,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from fmu_models.base.files import write_whole
+from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Shown
 from fmu_models.base.version import version
 from fmu_models.report.document import bullets, document, paragraph, section
 
 
-class Findings(Shown, ABC):
-    """What a page is made of: the result of one kind of identification, and what was compared with it."""
-
-    @abstractmethod
-    def to_dict(self) -> dict[str, Any]:
-        """The data of the page, plain values."""
+class Findings(Shown, Recorded, ABC):
+    """What a page is made of: the result of one kind of identification, and what was compared with it. ``RECORD``: the
+    data of the page."""
 
     @abstractmethod
     def title(self) -> str:

@@ -44,6 +44,8 @@ class RigFindings(Findings):
     evaluation: residuals of the fit run again (None: not run); design: of the next experiment; live: the frame of
     `report.live` (empty: none); notes: what could not be shown, and why."""
 
+    RECORD = ("fit=fit.to_dict", "families", "free_decay", "design", "notes")
+
     fit: FrictionFit
     logs: Sequence[RigLog]
     families: Sequence[FamilyComparison]
@@ -54,14 +56,10 @@ class RigFindings(Findings):
     live: str = ""
     notes: Sequence[str] = ()
 
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "fit": self.fit.to_dict(),
-            "families": [family.to_dict() for family in self.families],
-            "free_decay": None if self.decay is None else self.decay.to_dict(),
-            "design": None if self.design is None else self.design.to_dict(),
-            "notes": list(self.notes),
-        }
+    @property
+    def free_decay(self) -> dict[str, Any] | None:
+        """The free decay as plain values, each with its unit."""
+        return None if self.decay is None else self.decay.to_dict()
 
     def title(self) -> str:
         fit, where = self.fit, " and ".join(self.fit.contacts)

@@ -8,13 +8,12 @@ falls from mu_s to mu_k within a small part of the greatest slip speed,
 since statistics say nothing of the fall's shape.
 """
 
-import dataclasses
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from fmu_models.base.errors import StickslipError
+from fmu_models.base.record import Recorded
 from identification.measurement.signals import GRAVITY
 from identification.slips.events import find_slips
 from identification.slips.statistics import SlipStatistics, natural_period, swings
@@ -49,7 +48,7 @@ class Prediction:
 
 
 @dataclass(frozen=True)
-class SlipModel:
+class SlipModel(Recorded):
     """The fitted model: friction coefficients, steepness p (s/m, assumed), its statistics beside the measured ones."""
 
     mu_s: float
@@ -57,10 +56,6 @@ class SlipModel:
     p: float
     predictions: tuple[Prediction, ...]
     verdict: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """As plain values."""
-        return dataclasses.asdict(self)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ constants. Medians and means have 95 % intervals by a bootstrap of blocks of suc
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import os
 from collections.abc import Collection, Mapping
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fmu_models.base.errors import StickslipError, refuse_unknown
+from fmu_models.base.record import Recorded
 from fmu_models.base.registry import Reference
 from fmu_models.base.shown import Tabular
 from identification.inference.uncertainty import lag_count, student
@@ -68,7 +68,7 @@ class Statistic:
 
 
 @dataclass(frozen=True)
-class SlipStatistics(Tabular):
+class SlipStatistics(Tabular, Recorded):
     """Statistics of a log. definition: of a slip event, one of `events.DEFINITIONS`; smoothed: s, over which the log
     was smoothed, three samples or more; period_variation: standard deviation over mean; loading_expected: k V/(m g),
     None where a constant is unknown; verdicts: in words."""
@@ -108,10 +108,6 @@ class SlipStatistics(Tabular):
     def _contents(self) -> Mapping[str, Any]:
         table = {name: getattr(self, name) for name in ("peak", "after", "drop", "period", "slip_time")}
         return {name: f"{s.value:.4g} ({s.low:.4g} to {s.high:.4g})" for name, s in table.items()}
-
-    def to_dict(self) -> dict[str, Any]:
-        """As plain values."""
-        return dataclasses.asdict(self)
 
 
 def slip_statistics(

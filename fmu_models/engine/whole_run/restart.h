@@ -14,7 +14,7 @@
 enum { WHOLE_RUN_DONE = 0, WHOLE_RUN_MORE = 1, WHOLE_RUN_ERROR = 2 };
 
 /* changes with what the headers of this folder and of ensemble offer */
-enum { WHOLE_RUN_VERSION = 9 };
+enum { WHOLE_RUN_VERSION = 10 };
 
 /* bytes of a message, its end included */
 enum { WHOLE_RUN_MESSAGE = 512 };

@@ -173,7 +173,9 @@ int stickslip_simulate(void *instance, WholeRun *run)
 {
     TRAPS_REST;
     Instance *m = instance;
-    if (!run || instance_enter(m, PHASE_STEP, __func__)) return WHOLE_RUN_ERROR;
+    if (!run || (run->start && stickslip_restart(m, run->start))) return WHOLE_RUN_ERROR;
+    run->start = NULL;
+    if (instance_enter(m, PHASE_STEP, __func__)) return WHOLE_RUN_ERROR;
     /* what is watched, and how far it is to go, belong to the request: whoever abandons it leaves nothing behind */
     Run *r = &m->core.run;
     r->section = run->section;

@@ -5,6 +5,8 @@
 #include "restart.h"
 
 typedef struct {
+    /* where the instance is taken first; NULL if it is there, as after the first call */
+    const RunStart *start;
     /* what to record: value references, ascending times, and values[row * n_values + column] */
     int64_t n_times, n_values;
     const double *times;
@@ -12,19 +14,6 @@ typedef struct {
     double *values;
     /* inputs from knot k on: knot_values[k * n_inputs + i] + knot_rates[k * n_inputs + i] * (time - knot_times[k]) */
     int64_t n_knots, n_inputs;
-    const double *knot_times;
-    const uint32_t *inputs;
-    const double *knot_values, *knot_rates;
-    /* buffer of changes of contact state */
-    int64_t event_capacity, n_events;
-    ContactEvent *events;
-    /* the state whose crossings of a level are recorded, and rows of n_values for them; watches nothing if there is no
-       room */
-    int64_t crossing_capacity, n_crossings;
-    double *crossings;
-    double level;
-    int32_t direction;
-    uint32_t crossing_state;
     /* both sides of instants with events between the output times: [side][before, after][time, then n_values]; none if
        there is no room */
     int64_t side_capacity, n_sides;
@@ -33,6 +22,19 @@ typedef struct {
     int64_t allowance;
     /* progress, zero at the first call */
     int64_t next_time, next_knot;
+    /* buffer of changes of contact state */
+    int64_t n_events, event_capacity;
+    ContactEvent *events;
+    const double *knot_times;
+    const uint32_t *inputs;
+    const double *knot_values, *knot_rates;
+    /* the state whose crossings of a level are recorded, and rows of n_values for them; watches nothing if there is no
+       room */
+    int64_t crossing_capacity, n_crossings;
+    double *crossings;
+    double level;
+    int32_t direction;
+    uint32_t crossing_state;
     Section section;
     /* counters of the engine since the instance was reset */
     int64_t steps, n_changes, evaluations;

@@ -16,7 +16,7 @@ from identification.calibration.systems import SystemFmu, subject_of
 NOISE = 0.005
 
 
-def log_of(name: str, start: list[float], values: dict[str, float], count: int = 121) -> dict[str, np.ndarray]:
+def log_of(name: str, start: list[float], values: dict[str, float], count: int = 61) -> dict[str, np.ndarray]:
     declared = MAPS.load(name)
     points = iterate(Iteration.of(declared, values), start, count + 99)[100:]
     noise = NOISE * np.random.default_rng(1).normal(size=points.shape)

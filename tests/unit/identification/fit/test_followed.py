@@ -51,7 +51,7 @@ def shares(fit: FrictionFit, words: str) -> list[float]:
     return [float(number) for number in re.findall(r"by ([\d.]+) %", line)]
 
 
-@pytest.mark.nightly_for("savitzky-golay", "whole-cycle", "lugre")
+@pytest.mark.nightly_for("shooting", "savitzky-golay", "whole-cycle", "lugre")
 @pytest.mark.parametrize("estimator", ["weak-form", "shooting", "savitzky-golay", "whole-cycle", "lugre"])
 def test_every_estimator_follows_both(logs: list[RigLog], estimator: str) -> None:
     fit = plain(logs, estimator)

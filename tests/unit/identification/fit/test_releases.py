@@ -109,6 +109,7 @@ def test_an_encoder_alone_does_not_tell_where_sticks_let_go() -> None:
     assert fit_friction(logs, estimator="weak-form").breakaway is None
 
 
+@pytest.mark.nightly
 def test_the_example_without_edge_times_does_not_age() -> None:
     logs = lacking(read_package(RIGS), ("_edge_time",))
     seen = fit_friction(logs, estimator="weak-form").breakaway

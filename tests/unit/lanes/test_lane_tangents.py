@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from itertools import accumulate
 
 import numpy as np
 import pytest
@@ -17,19 +16,13 @@ from fmu_models.lanes.library import lanes_of
 from fmu_models.sections.strobe import Strobe
 
 
-def _from_the_start(derivatives: np.ndarray) -> np.ndarray:
-    """Derivatives (runs, rows, n, n) by the start, from those of each row by the one before: where a row begins at rest
-    on a stop, what becomes of directions that would leave it is rounding, and no motion arrives with them."""
-    return np.stack(list(accumulate(np.moveaxis(derivatives, 1, 0), lambda before, row: row @ before)), axis=1)
-
-
 @pytest.mark.parametrize("name", FAMILIES)
 def test_derivatives_over_ten_periods_are_those_of_the_series(name):
     system, jobs = family(name, 40, 10)
     jobs = dataclasses.replace(jobs, derivatives=True)
     lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
     assert lanes.in_lanes.sum() > 0.98 * lanes.steps.sum()
-    made, right = (_from_the_start(rows.derivatives) for rows in (lanes, series))
+    made, right = lanes.derivatives, series.derivatives
     errors = np.abs(made - right).max(axis=(2, 3)) / np.abs(right).max(axis=(2, 3))
     assert np.median(errors) < 1e-13
     assert errors.max() < 1e-10
@@ -124,7 +117,8 @@ def test_starts_that_cannot_be_leave_their_places_empty():
 @pytest.mark.parametrize("name", HELD)
 def test_differences_of_what_is_held_are_those_of_the_series_from_the_same_point(name):
     system, jobs = held_family(name, 12, 12)
-    run = system.run(jobs, GO)
+    jobs = dataclasses.replace(jobs, derivatives=True)
+    run, stepped = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
     assert (run.held.sum(axis=-1) > 0).any()
     starts = run.points[:, :-1].reshape(-1, run.points.shape[-1])
     varied = {parameter: np.repeat(values, 11) for parameter, values in jobs.varied.items()}
@@ -132,7 +126,11 @@ def test_differences_of_what_is_held_are_those_of_the_series_from_the_same_point
     lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
     assert lanes.in_lanes.sum() > 0.7 * len(starts)
     sizes = np.abs(series.derivatives).max(axis=(1, 2, 3))
-    assert (np.abs(lanes.derivatives - series.derivatives).max(axis=(1, 2, 3)) / sizes).max() < 1e-9
+    right = series.derivatives
+    # rows that go on from where a contact is held, too; motions have gone apart by what rounding has grown to
+    on, by_series = (rows.derivatives[:, 1:].reshape(right.shape) for rows in (run, stepped))
+    for made, accuracy in ((lanes.derivatives, 1e-9), (on, 1e-9), (by_series, 1e-7)):
+        assert (np.abs(made - right).max(axis=(1, 2, 3)) / sizes).max() < accuracy
 
 
 def test_growth_of_what_is_held_is_that_of_the_series_and_what_stick_takes_away_is_lost():

@@ -116,21 +116,22 @@ def test_starts_that_cannot_be_leave_their_places_empty():
 
 @pytest.mark.parametrize("name", HELD)
 def test_differences_of_what_is_held_are_those_of_the_series_from_the_same_point(name):
+    """Of rows that go on from where a contact is held, too, in lanes and by series."""
     system, jobs = held_family(name, 12, 12)
     jobs = dataclasses.replace(jobs, derivatives=True)
-    run, stepped = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
-    assert (run.held.sum(axis=-1) > 0).any()
-    starts = run.points[:, :-1].reshape(-1, run.points.shape[-1])
+    by_series = system.stepped_by("taylor")
     varied = {parameter: np.repeat(values, 11) for parameter, values in jobs.varied.items()}
-    jobs = Jobs(starts, varied, rows=1, derivatives=True)
-    lanes, series = system.run(jobs, GO), system.stepped_by("taylor").run(jobs, GO)
-    assert lanes.in_lanes.sum() > 0.7 * len(starts)
-    sizes = np.abs(series.derivatives).max(axis=(1, 2, 3))
-    right = series.derivatives
-    # rows that go on from where a contact is held, too; motions have gone apart by what rounding has grown to
-    on, by_series = (rows.derivatives[:, 1:].reshape(right.shape) for rows in (run, stepped))
-    for made, accuracy in ((lanes.derivatives, 1e-9), (on, 1e-9), (by_series, 1e-7)):
-        assert (np.abs(made - right).max(axis=(1, 2, 3)) / sizes).max() < accuracy
+    for rows in (system.run(jobs, GO), by_series.run(jobs, GO)):
+        assert (rows.held.sum(axis=-1) > 0).any()
+        starts = Jobs(rows.points[:, :-1].reshape(12 * 11, -1), varied, rows=1, derivatives=True)
+        lanes, series = system.run(starts, GO), by_series.run(starts, GO)
+        assert lanes.in_lanes.sum() > 0.7 * 12 * 11
+        right = series.derivatives
+        sizes = np.abs(right).max(axis=(1, 2, 3))
+        assert (np.abs(lanes.derivatives - right).max(axis=(1, 2, 3)) / sizes).max() < 1e-9
+        # by speeds: a start that is off its wall by rounding strikes it, and what that makes of places is rounding
+        errors = np.abs(rows.derivatives[:, 1:].reshape(right.shape) - right)[..., right.shape[-1] // 2 :]
+        assert (errors.max(axis=(1, 2, 3)) / sizes).max() < 1e-9
 
 
 def test_growth_of_what_is_held_is_that_of_the_series_and_what_stick_takes_away_is_lost():

@@ -4,6 +4,7 @@
  * header that says of what build and how long it is, and a checksum: bytes of another model or damaged ones are
  * refused.
  */
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,6 +16,9 @@ typedef struct {
 } Header;
 
 static const char state_magic[8] = "STICKSL";
+
+/* of a core, what is a state */
+#define STATE_SIZE offsetof(Core, run.linear)
 
 /* FNV-1a */
 static uint64_t digest(const void *bytes, size_t size)
@@ -58,7 +62,7 @@ Status fmu_state_get(Instance *m, const char *function, void **state)
     if (*state && !find(m, *state)) return no_such_state(m, function);
     FmuState *copy = keep(m, state);
     if (!copy) return instance_refuse(m, "%s: out of memory", function);
-    copy->core = m->core;
+    memcpy(&copy->core, &m->core, STATE_SIZE);
     return STATUS_OK;
 }
 
@@ -70,7 +74,8 @@ Status fmu_state_set(Instance *m, const char *function, void *state)
     if ((*link)->core.co_simulation != m->core.co_simulation)
         return instance_refuse(m, "%s: a state of Model Exchange does not fit Co-Simulation, nor the other way round",
                                function);
-    m->core = (*link)->core;
+    memcpy(&m->core, &(*link)->core, STATE_SIZE);
+    m->core.run.linear_known = 0;
     return STATUS_OK;
 }
 
@@ -92,24 +97,24 @@ Status fmu_state_serialized_size(Instance *m, const char *function, void *state,
     if (instance_enter(m, PHASES_SETTABLE, function)) return STATUS_ERROR;
     if (instance_array(m, size, 1, function, "size")) return STATUS_ERROR;
     if (!find(m, state)) return no_such_state(m, function);
-    *size = sizeof(Header) + sizeof(Core);
+    *size = sizeof(Header) + STATE_SIZE;
     return STATUS_OK;
 }
 
 Status fmu_state_serialize(Instance *m, const char *function, void *state, unsigned char *bytes, size_t size)
 {
-    Header header = {{0}, sizeof(Core), 0, 0};
+    Header header = {{0}, STATE_SIZE, 0, 0};
     if (instance_enter(m, PHASES_SETTABLE, function)) return STATUS_ERROR;
     if (instance_array(m, bytes, 1, function, "serialized state")) return STATUS_ERROR;
     FmuState **link = find(m, state);
     if (!link) return no_such_state(m, function);
-    if (size < sizeof(Header) + sizeof(Core))
-        return instance_refuse(m, "%s: %zu bytes given, %zu needed", function, size, sizeof(Header) + sizeof(Core));
+    if (size < sizeof(Header) + STATE_SIZE)
+        return instance_refuse(m, "%s: %zu bytes given, %zu needed", function, size, sizeof(Header) + STATE_SIZE);
     memcpy(header.magic, state_magic, sizeof header.magic);
     header.token = digest(MODEL_TOKEN, sizeof MODEL_TOKEN);
-    header.checksum = digest(&(*link)->core, sizeof(Core));
+    header.checksum = digest(&(*link)->core, STATE_SIZE);
     memcpy(bytes, &header, sizeof header);
-    memcpy(bytes + sizeof header, &(*link)->core, sizeof(Core));
+    memcpy(bytes + sizeof header, &(*link)->core, STATE_SIZE);
     return STATUS_OK;
 }
 
@@ -119,18 +124,18 @@ Status fmu_state_deserialize(Instance *m, const char *function, const unsigned c
     if (instance_enter(m, PHASES_SETTABLE, function)) return STATUS_ERROR;
     if (instance_array(m, bytes, 1, function, "serialized state")) return STATUS_ERROR;
     if (instance_array(m, state, 1, function, "FMU state")) return STATUS_ERROR;
-    if (size < sizeof(Header) + sizeof(Core))
+    if (size < sizeof(Header) + STATE_SIZE)
         return instance_refuse(m, "%s: %zu bytes given, a state of this model has %zu", function, size,
-                               sizeof(Header) + sizeof(Core));
+                               sizeof(Header) + STATE_SIZE);
     memcpy(&header, bytes, sizeof header);
-    if (memcmp(header.magic, state_magic, sizeof header.magic) != 0 || header.size != sizeof(Core)
+    if (memcmp(header.magic, state_magic, sizeof header.magic) != 0 || header.size != STATE_SIZE
         || header.token != digest(MODEL_TOKEN, sizeof MODEL_TOKEN))
         return instance_refuse(m, "%s: the bytes are not a state of this build of " MODEL_NAME, function);
-    if (header.checksum != digest(bytes + sizeof header, sizeof(Core)))
+    if (header.checksum != digest(bytes + sizeof header, STATE_SIZE))
         return instance_refuse(m, "%s: the bytes were damaged: their checksum is wrong", function);
     *state = NULL; /* by the standard the importer passes no state of its own here */
     FmuState *copy = keep(m, state);
     if (!copy) return instance_refuse(m, "%s: out of memory", function);
-    memcpy(&copy->core, bytes + sizeof header, sizeof(Core));
+    memcpy(&copy->core, bytes + sizeof header, STATE_SIZE);
     return STATUS_OK;
 }

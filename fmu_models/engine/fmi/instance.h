@@ -40,9 +40,8 @@ typedef enum { STATUS_OK = 0, STATUS_WARNING = 1, STATUS_DISCARD = 2, STATUS_ERR
 /* what messages are about; their names are in fmu_models/codegen/model_description.py too, with what they mean */
 typedef enum { LOG_ERROR = 1, LOG_WARNING = 2, LOG_EVENT = 4, LOG_ALL = 7 } LogCategory;
 
-/* all that an FMU state holds */
+/* all that an FMU state holds, up to what the run keeps of its modes */
 typedef struct {
-    Run run;
     int co_simulation;
     int phase;         /* Phase */
     int settled;       /* the contact states fit the values written */
@@ -53,6 +52,7 @@ typedef struct {
     long iterations; /* of a map: steps made since first_step, s, at this period, s */
     double first_step, period;
     double start_time, stop_time;
+    Run run; /* the last: its end is no part of a state */
 } Core;
 
 typedef struct FmuState {

@@ -73,19 +73,23 @@ typedef enum { SLOT_NORMAL = 0, SLOT_TANGENTIAL = 1, SLOTS = 2 } Slot;
 
 /* of models that are linear with constant factors in every mode (step/linear.c) */
 enum {
-    LINEAR_MODES = MODEL_LINEAR ? 4 : 1,
+    /* to make one takes ten steps: as many as the states of some contacts make together */
+    LINEAR_MODES = !MODEL_LINEAR ? 1
+    : MODEL_NC < 2               ? 4
+                                 : 32,
     LINEAR_READ = MODEL_LINEAR ? 4 * NC : 1, /* series of contacts, at most */
-    LINEAR_ENTRIES = MODEL_LINEAR ? (MODEL_NX + 2 * NC) * (MODEL_NX + 2 * MODEL_NH)
+    LINEAR_ENTRIES = MODEL_LINEAR ? (MODEL_NX + 2 * NC) * (MODEL_NX + 2 * (MODEL_NH + MODEL_NU))
                                   : 1, /* modes of more are not kept */
     LINEAR_ORDER = 28 /* of their series, whose terms cost little: beyond it the search for events does */
 };
 
-/* the columns and rows of their factors: x, sine and cosine of each harmonic, u, t; states, then what is read of contacts
- */
+/* the columns and rows of their factors: x, sine and cosine of each harmonic, u, the rates of u, t; states, then what is
+   read of contacts */
 enum {
     Z_SINE = MODEL_NX,
     Z_INPUT = Z_SINE + 2 * MODEL_NH,
-    Z_TIME = Z_INPUT + MODEL_NU,
+    Z_RATE = Z_INPUT + MODEL_NU,
+    Z_TIME = Z_RATE + MODEL_NU,
     Z_COLUMNS,
     Z_ROWS = MODEL_NX + LINEAR_READ
 };

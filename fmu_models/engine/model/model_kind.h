@@ -100,11 +100,11 @@ typedef struct {
     Real p[MODEL_ROOM(MODEL_NP)];
     Real d[MODEL_ROOM(MODEL_ND)];
     Real u[MODEL_ROOM(MODEL_NU)];
-    Real du[MODEL_ROOM(MODEL_NU)];                             /* rates of the inputs */
-    int curved;                                                /* they change */
-    double bend[MODEL_ROOM(MODEL_NU)][MODEL_INPUT_DEGREE - 1]; /* derivatives of the inputs, from the second on */
-    double cycle[MODEL_ROOM(MODEL_NS)];                        /* of each signal, whole periods since its start */
-    short piece[MODEL_ROOM(MODEL_NS)];                         /* and the knot behind it */
+    Real du[MODEL_ROOM(MODEL_NU)];                           /* rates of the inputs */
+    int curved;                                              /* they change */
+    Real bend[MODEL_ROOM(MODEL_NU)][MODEL_INPUT_DEGREE - 1]; /* derivatives of the inputs, from the second on */
+    double cycle[MODEL_ROOM(MODEL_NS)];                      /* of each signal, whole periods since its start */
+    short piece[MODEL_ROOM(MODEL_NS)];                       /* and the knot behind it */
     Real x[MODEL_ROOM(MODEL_NX)];
     signed char state[MODEL_ROOM(MODEL_NC)]; /* ContactState */
     signed char held[MODEL_ROOM(MODEL_NE)];  /* elements of arrays: 1 at the upper bound, -1 at the lower, 0 free */

@@ -88,7 +88,8 @@ typedef struct {
     int rows;                          /* states, and series of contacts */
     signed char quantity[LINEAR_READ]; /* LinearQuantity */
     short contact[LINEAR_READ];
-    unsigned char first[MODEL_NX + LINEAR_READ + 1], last[MODEL_NX + LINEAR_READ]; /* of each row: entry, order */
+    short first[MODEL_NX + LINEAR_READ + 1];    /* of each row: entry */
+    unsigned char last[MODEL_NX + LINEAR_READ]; /* and order */
     unsigned char column[LINEAR_ENTRIES];
     double factor[LINEAR_ENTRIES][LINEAR_ORDER];
     double rate[MODEL_ROOM(MODEL_NH)]; /* of harmonics */

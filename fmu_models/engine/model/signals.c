@@ -31,3 +31,18 @@ void signals_load(Point *at)
         at->du[MODEL_SET_INPUTS + i] = rate;
     }
 }
+
+void inputs_move(Point *at, Real since)
+{
+    const int degree = at->curved ? MODEL_INPUT_DEGREE : 1;
+    for (int i = 0; i < MODEL_NU; i++) {
+        for (int n = 0; n < degree; n++) {
+            Real *moved = n == 0 ? &at->u[i] : n == 1 ? &at->du[i] : &at->bend[i][n - 2];
+            Real share = since; /* since^m/m! */
+            for (int m = 1; m <= degree - n; m++) {
+                *moved += (n + m == 1 ? at->du[i] : at->bend[i][n + m - 2]) * share;
+                share *= since / (m + 1);
+            }
+        }
+    }
+}

@@ -2,10 +2,11 @@
  * Series by sums. Where every function is affine in the states x, the time, the inputs and harmonics of the time, the
  * coefficients above order 0 follow from those of order 1 with the same factors everywhere in a mode:
  *
- *     z = (x, sine and cosine of each harmonic, u, t)   z[k+1] = L z[k]/(k+1),  k >= 1:   z[k] = T_k z[1]
+ *     z = (x, sine and cosine of each harmonic, u, u', t)   z[k+1] = L z[k]/(k+1),  k >= 1:   z[k] = T_k z[1]
  *     slip, depth, force, release, capacity             y[k] = R z[k] = R T_k z[1]
  *
- * Order 0 is evaluated as ever, and constants with it. L and R are what the model's own functions make at order 1 of
+ * and where inputs have terms of higher order, so many orders later the same again (LINEAR_ADD_CURVES). Order 0 is
+ * evaluated as ever, and constants with it. L and R are what the model's own functions make at order 1 of
  * one column after the other, with the forces that hold contacts. Of the rows of T and R T those are kept that are not
  * zero.
  */
@@ -46,7 +47,7 @@ static int keep_rows(LinearMode *m, const LinearFactors *f)
 {
     int count = 0;
     for (int i = 0; i < m->rows; i++) {
-        m->first[i] = (unsigned char)count;
+        m->first[i] = (short)count;
         m->last[i] = 0;
         for (int n = 0; n < Z_COLUMNS; n++) {
             int last = LINEAR_ORDER;
@@ -58,7 +59,7 @@ static int keep_rows(LinearMode *m, const LinearFactors *f)
             m->column[count++] = (unsigned char)n;
             m->last[i] = last > m->last[i] ? (unsigned char)last : m->last[i];
         }
-        m->first[i + 1] = (unsigned char)count;
+        m->first[i + 1] = (short)count;
     }
     return 1;
 }
@@ -114,7 +115,7 @@ static const LinearMode *mode_of(Run *r, const Jets *j)
 {
     const Sticking *s = &r->at.sticking;
     for (int i = 0; i < s->count; i++)
-        if (s->last[i] - s->first[i] > 1) return NULL;
+        if (s->last[i] - s->first[i] > 1 && model_contact_partner[s->contact[i]] < 0) return NULL;
     if (!r->linear_known) forget_others(r);
     for (int i = 0; i < r->linear_count && i < LINEAR_MODES; i++) {
         const LinearMode *m = &r->linear[i];
@@ -128,7 +129,7 @@ static const LinearMode *mode_of(Run *r, const Jets *j)
 int linear_series(Run *r, Jets *j, int order)
 {
     double z[Z_COLUMNS];
-    if (r->at.curved || order > LINEAR_ORDER || r->tolerances.step < run_default_tolerances.step) return 0;
+    if (order > LINEAR_ORDER || r->tolerances.step < run_default_tolerances.step) return 0;
     flow_load(&r->at, j, 0);
     flow_field(&r->at, j, 0, 0);
     flow_extend(j, 1, 0);
@@ -140,8 +141,10 @@ int linear_series(Run *r, Jets *j, int order)
         z[Z_SINE + 2 * h] = m->rate[h] * j->w[model_cosine[h]][0];
         z[Z_SINE + 2 * h + 1] = -m->rate[h] * j->w[model_sine[h]][0];
     }
-    for (int i = 0; i < MODEL_NU; i++)
+    for (int i = 0; i < MODEL_NU; i++) {
         z[Z_INPUT + i] = j->u[i][1];
+        z[Z_RATE + i] = j->du[i][1];
+    }
     z[Z_TIME] = 1.0;
     double by[LINEAR_ENTRIES];
     for (int e = 0; e < m->first[m->rows]; e++)
@@ -155,6 +158,7 @@ int linear_series(Run *r, Jets *j, int order)
                     sum[n] += m->factor[e][k + n] * by[e];
             memcpy(series + k, sum, sizeof sum);
         }
+        if (r->at.curved) LINEAR_ADD_CURVES(series - 1, j, m->column, m->factor, m->first[i], m->first[i + 1])
         if (!isfinite(series[LINEAR_ORDER - 1])) return 0;
     }
     r->evaluations += LINEAR_ORDER;

@@ -29,14 +29,24 @@ static void KIND(probe)(Point *at, Jets *j, const LinearMode *m, LinearFactors *
     }
 }
 
+/* order 1 of the state, input or rate of an input of column n; NULL of harmonics and the time */
+static Real *KIND(term_of)(Jets *j, int n)
+{
+    return n < Z_SINE    ? &j->x[n][1]
+           : n < Z_INPUT ? NULL
+           : n < Z_RATE  ? &j->u[n - Z_INPUT][1]
+           : n < Z_TIME  ? &j->du[n - Z_RATE][1]
+                         : NULL;
+}
+
 static void KIND(probe_columns)(Point *at, Jets *j, const LinearMode *m, LinearFactors *f)
 {
     memset(f, 0, sizeof *f);
     flow_load(at, j, 0);
     for (int h = 0; h < MODEL_NH; h++)
         j->w[model_sine[h]][0] = j->w[model_cosine[h]][0] = 0.0, j->w[model_angle[h]][1] = NAN;
-    for (int i = 0; i < MODEL_NX + MODEL_NU; i++)
-        (i < MODEL_NX ? j->x[i] : j->u[i - MODEL_NX])[1] = 0.0;
+    for (int n = 0; n < Z_TIME; n++)
+        if (KIND(term_of)(j, n)) *KIND(term_of)(j, n) = 0.0;
     KIND(probe)(at, j, m, f, Z_TIME, 0.0);
     for (int h = 0; h < MODEL_NH; h++) {
         const Real rate = j->w[model_angle[h]][1];
@@ -51,36 +61,43 @@ static void KIND(probe_columns)(Point *at, Jets *j, const LinearMode *m, LinearF
         }
     }
     j->t[1] = 0.0;
-    for (int i = 0; i < MODEL_NX + MODEL_NU; i++) {
-        Real *one = &(i < MODEL_NX ? j->x[i] : j->u[i - MODEL_NX])[1];
+    for (int n = 0; n < Z_TIME; n++) {
+        Real *one = KIND(term_of)(j, n);
+        if (!one) continue;
         *one = 1.0;
-        KIND(probe)(at, j, m, f, i < MODEL_NX ? i : Z_INPUT + i - MODEL_NX, 0.0);
+        KIND(probe)(at, j, m, f, n, 0.0);
         *one = 0.0;
     }
 }
 
-/* column n of T and R T */
-static void KIND(fill_column)(const LinearMode *m, LinearFactors *f, int n)
+/* T and R T, order by order, all columns side by side */
+static void KIND(fill_orders)(const LinearMode *m, LinearFactors *f)
 {
-    Real z[Z_COLUMNS] = {0.0};
-    z[n] = 1.0;
+    Real z[Z_COLUMNS][Z_COLUMNS] = {{0.0}}, made[Z_ROWS][Z_COLUMNS];
+    for (int n = 0; n < Z_COLUMNS; n++)
+        z[n][n] = 1.0;
     for (int k = 1; k <= LINEAR_ORDER; k++) {
         const double share = 1.0 / (k + 1);
-        Real made[Z_ROWS];
+        memset(made, 0, (size_t)m->rows * sizeof *made);
         for (int i = 0; i < m->rows; i++) {
-            made[i] = 0.0;
             for (int e = 0; e < Z_COLUMNS; e++)
-                made[i] += f->row[i][e] * z[e];
-            f->order[i][n][k - 1] = i < MODEL_NX ? z[i] : made[i];
+                for (int n = 0; f->row[i][e] != 0.0 && n < Z_COLUMNS; n++)
+                    made[i][n] += f->row[i][e] * z[e][n];
+            for (int n = 0; n < Z_COLUMNS; n++)
+                f->order[i][n][k - 1] = i < MODEL_NX ? z[i][n] : made[i][n];
         }
         for (int h = 0; h < MODEL_NH; h++) {
-            Real *sine = &z[Z_SINE + 2 * h];
-            const Real rate = f->rate[h] * share, was = sine[0];
-            sine[0] = rate * sine[1];
-            sine[1] = -rate * was;
+            Real *sine = z[Z_SINE + 2 * h], *cosine = z[Z_SINE + 2 * h + 1];
+            const Real rate = f->rate[h] * share;
+            for (int n = 0; n < Z_COLUMNS; n++) {
+                const Real was = sine[n];
+                sine[n] = rate * cosine[n];
+                cosine[n] = -rate * was;
+            }
         }
         for (int i = 0; i < MODEL_NX; i++)
-            z[i] = made[i] * share;
+            for (int n = 0; n < Z_COLUMNS; n++)
+                z[i][n] = made[i][n] * share;
         memset(z + Z_INPUT, 0, (Z_COLUMNS - Z_INPUT) * sizeof *z);
     }
 }
@@ -88,8 +105,7 @@ static void KIND(fill_column)(const LinearMode *m, LinearFactors *f, int n)
 void linear_factors(Point *at, Jets *j, const LinearMode *m, LinearFactors *f)
 {
     KIND(probe_columns)(at, j, m, f);
-    for (int n = 0; n < Z_COLUMNS; n++)
-        KIND(fill_column)(m, f, n);
+    KIND(fill_orders)(m, f);
 }
 
 #endif

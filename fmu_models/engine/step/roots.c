@@ -49,21 +49,9 @@ static double value_and_slopes(const double *c, int n, double s, double *slope, 
     return even + s * odd;
 }
 
-double polynomial_value(const double *c, int n, double s)
-{
-    /* every third power apart: chains of a third of the length; the first term last, by one rounding of its size */
-    const double t = s * s * s;
-    double first = 0.0, second = 0.0, third = 0.0;
-    int k = n;
-    for (; k % 3 != 0; k--)
-        *(k % 3 == 1 ? &first : &second) = c[k];
-    for (; k >= 3; k -= 3) {
-        third = third * t + c[k];
-        second = second * t + c[k - 1];
-        first = first * t + c[k - 2];
-    }
-    return c[0] + s * (first + s * (second + s * third));
-}
+#define Number double
+#define POLYNOMIAL(name) polynomial_##name
+#include "polynomial.h"
 
 /*
  * the root in a bracket with c(low) > 0 >= c(high), from a first guess: with x Newton's step and b the bend in parts of

@@ -3,8 +3,9 @@
 
 enum { POLYNOMIAL_TERMS = 33 };
 
-/* c[0] + c[1] s + ... + c[n] s^n */
+/* c[0] + c[1] s + ... + c[n] s^n, and its slope */
 double polynomial_value(const double *c, int n, double s);
+double polynomial_slope(const double *c, int n, double s);
 
 /* smallest s in (0, h] at which the polynomial, positive before, falls to zero; 0 if it starts at or below zero; -1 if
    none */

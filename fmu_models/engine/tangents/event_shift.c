@@ -41,7 +41,7 @@ static int falls_with_speed(const Run *r, const IndicatorSeries *f, double s, do
 /* how fast the indicator falls, in time, and how that changes for a neighbour, whose event is later */
 static void note_speed(const Run *r, const IndicatorSeries *f, double s, double slope, double at, Shift *shift)
 {
-    const Pair along = indicator_slopes(f->derivative, f->order, at);
+    const Pair along = pair_slope(f->derivative, f->order, at);
     const Pair change = along + indicator_bend(f->value, f->order, s) * shift->later;
     const double sign = slope < 0.0 ? -1.0 : 1.0;
     const double rate = r->segment_rooted ? 2.0 * s : 1.0; /* of time by s */
@@ -61,7 +61,7 @@ int event_shift(const Run *r, const Variation *l, double s, double at, Shift *sh
                 continue;
             }
             if (!falling_series(r, l, c, slot, s, &f)) continue;
-            const double slope = indicator_slope(f.value, f.order, s);
+            const double slope = polynomial_slope(f.value, f.order, s);
             const int has_speed = falls_with_speed(r, &f, s, slope);
             const Pair later = -pair_value(f.derivative, f.order, at) / slope;
             if (shift->untimed && !has_speed) return 0;

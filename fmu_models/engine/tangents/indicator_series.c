@@ -41,26 +41,14 @@ void indicator_series(const Run *r, const Variation *l, int c, int slot, int sid
     }
 }
 
-double indicator_slope(const double *series, int order, double s)
-{
-    double rate[POLYNOMIAL_TERMS] = {0.0};
-    for (int k = 1; k <= order; k++)
-        rate[k - 1] = k * series[k];
-    return polynomial_value(rate, order > 0 ? order - 1 : 0, s);
-}
-
-Pair indicator_slopes(const Pair *series, int order, double s)
-{
-    Pair rate[POLYNOMIAL_TERMS] = {PAIR_ZERO};
-    for (int k = 1; k <= order; k++)
-        rate[k - 1] = k * series[k];
-    return pair_value(rate, order > 0 ? order - 1 : 0, s);
-}
+#define Number Pair
+#define POLYNOMIAL(name) pair_##name
+#include "../step/polynomial.h"
 
 double indicator_bend(const double *series, int order, double s)
 {
     double rate[POLYNOMIAL_TERMS] = {0.0};
     for (int k = 1; k <= order; k++)
         rate[k - 1] = k * series[k];
-    return indicator_slope(rate, order - 1, s);
+    return polynomial_slope(rate, order - 1, s);
 }

@@ -15,7 +15,5 @@ typedef struct {
 void indicator_series(const Run *r, const Variation *l, int c, int slot, int side, IndicatorSeries *f);
 /* the margin of what sticks: it has two sides */
 int indicator_is_margin(const Run *r, int c, int slot);
-/* slope at s of a series of that order, of two of them, and its second derivative */
-double indicator_slope(const double *series, int order, double s);
-Pair indicator_slopes(const Pair *series, int order, double s);
+/* second derivative at s of a series of that order */
 double indicator_bend(const double *series, int order, double s);

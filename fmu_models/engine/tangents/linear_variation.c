@@ -84,6 +84,8 @@ static void load_first(const Run *r, const LinearMode *m, const Variation *l, co
     for (int i = 0; i < MODEL_NU; i++) {
         z[Z_INPUT + i] = r->jets.u[i][1];
         along[Z_INPUT + i] = l->u[i][1];
+        z[Z_RATE + i] = r->jets.du[i][1];
+        along[Z_RATE + i] = l->du[i][1];
     }
     z[Z_TIME] = 1.0;
     along[Z_TIME] = PAIR_ZERO;
@@ -111,6 +113,11 @@ void linear_variation(const Run *r, Tangents *tangents, int k, int every)
                     sum[p] += change->factor[e][n + p] * z[change->column[e]];
             memcpy(series + n, sum, sizeof sum);
         }
+        if (!r->at.curved) continue;
+        LINEAR_ADD_CURVES(series - 1, l, m->column, m->factor, m->first[i], m->first[i + 1])
+        if (change)
+            LINEAR_ADD_CURVES(series - 1, &r->jets, change->column, change->factor, change->first[i],
+                              change->first[i + 1])
     }
     l->order = variation_order(&r->jets, l, LINEAR_ORDER);
 }

@@ -22,7 +22,7 @@ static double bracketed_minimum(const IndicatorSeries *f, double sign, double lo
     for (int i = 0; i < MISS_BISECTIONS; i++) {
         const double middle = 0.5 * (low + high);
         if (middle <= low || middle >= high) break;
-        *(sign * indicator_slope(f->value, f->order, middle) < 0.0 ? &low : &high) = middle;
+        *(sign * polynomial_slope(f->value, f->order, middle) < 0.0 ? &low : &high) = middle;
     }
     return high;
 }
@@ -70,12 +70,12 @@ static void search_misses(const Run *r, Tangents *tangents, int c, int slot, int
     const int zeros = r->at.known[c][slot] * (r->segment_rooted ? 2 : 1);
     for (int k = 0; k < zeros && k <= f.order; k++)
         f.value[k] = 0.0;
-    double slope = zeros ? 0.0 : sign * indicator_slope(f.value, f.order, 0.0);
+    double slope = zeros ? 0.0 : sign * polynomial_slope(f.value, f.order, 0.0);
     for (int i = 1; i <= MISS_SAMPLES; i++) {
         const double sample = end * i / MISS_SAMPLES;
         while (low < sample) {
             const double high = extreme_slope(&f, low, sample);
-            const double next = sign * indicator_slope(f.value, f.order, high);
+            const double next = sign * polynomial_slope(f.value, f.order, high);
             if (slope < 0.0 && next >= 0.0)
                 keep_miss(r, tangents, c, slot, side, sign, bracketed_minimum(&f, sign, low, high), &miss, misses);
             low = high;
@@ -87,7 +87,7 @@ static void search_misses(const Run *r, Tangents *tangents, int c, int slot, int
 /* slope in time of an indicator at s in the variable of the series, up to its sign */
 static double slope_in_time(const Run *r, const IndicatorSeries *f, double s)
 {
-    return indicator_slope(f->value, f->order, s) / (r->segment_rooted ? 2.0 * s : 1.0);
+    return polynomial_slope(f->value, f->order, s) / (r->segment_rooted ? 2.0 * s : 1.0);
 }
 
 /* what falls where the step ends in an event of others */

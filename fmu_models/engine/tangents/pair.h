@@ -11,18 +11,6 @@ enum { PAIR = 2 };
 typedef Pair PairSeries[MODEL_TERMS + 1];
 typedef Pair InertiaPairs[MODEL_INERTIA_TERMS];
 
-/* c[0] + c[1] s + ... + c[n] s^n in both directions, as polynomial_value sums it */
-static inline Pair pair_value(const Pair *c, int n, double s)
-{
-    const double t = s * s * s;
-    Pair first = PAIR_ZERO, second = PAIR_ZERO, third = PAIR_ZERO;
-    int k = n;
-    for (; k % 3 != 0; k--)
-        *(k % 3 == 1 ? &first : &second) = c[k];
-    for (; k >= 3; k -= 3) {
-        third = third * t + c[k];
-        second = second * t + c[k - 1];
-        first = first * t + c[k - 2];
-    }
-    return c[0] + s * (first + s * (second + s * third));
-}
+/* c[0] + c[1] s + ... + c[n] s^n in both directions, and its slopes */
+Pair pair_value(const Pair *c, int n, double s);
+Pair pair_slope(const Pair *c, int n, double s);

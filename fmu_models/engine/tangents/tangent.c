@@ -194,8 +194,7 @@ static void follow(const Run *r, Tangent *t, int lane, const Arrived *a, double 
     t->speed_change = shift->speed_change[lane];
     for (int i = 0; i < MODEL_NX; i++)
         t->at.x[i] = a->x[i] + EPS * (a->along[i][lane] + a->slope[i] * later) * _Complex_I;
-    for (int i = 0; i < MODEL_NU; i++)
-        t->at.u[i] += t->at.du[i] * since;
+    inputs_move(&t->at, since);
     t->at.time += since;
 }
 
@@ -206,7 +205,10 @@ void tangents_choose(const Run *r, Tangents *tangents)
         for (int i = 0; i < MODEL_NU; i++) {
             t->at.u[i] = r->at.u[i] + cimag(t->at.u[i]) * _Complex_I;
             t->at.du[i] = r->at.du[i];
+            for (int n = 2; n <= MODEL_INPUT_DEGREE; n++)
+                t->at.bend[i][n - 2] = r->at.bend[i][n - 2];
         }
+        t->at.curved = r->at.curved;
         tangent_load_signals(r, t);
         tangent_repeat_event(r, t);
     }
@@ -222,8 +224,7 @@ static void move_by(Tangent *t, Real since)
     KIND(elements_spread)(&t->jets, 1);
     for (int i = 0; i < MODEL_NX; i++)
         t->at.x[i] += t->jets.x[i][1] * since;
-    for (int i = 0; i < MODEL_NU; i++)
-        t->at.u[i] += t->at.du[i] * since;
+    inputs_move(&t->at, since);
     t->at.time += since;
 }
 

@@ -23,6 +23,8 @@ void tangent_rejoin(const Run *r, Tangent *t)
     for (int i = 0; i < MODEL_NU; i++) {
         t->at.u[i] = joined(r->at.u[i], t->at.u[i]);
         t->at.du[i] = joined(r->at.du[i], t->at.du[i]);
+        for (int n = 2; r->at.curved && n <= MODEL_INPUT_DEGREE; n++)
+            t->at.bend[i][n - 2] = joined(r->at.bend[i][n - 2], t->at.bend[i][n - 2]);
     }
     memcpy(t->at.cycle, r->at.cycle, sizeof t->at.cycle);
     memcpy(t->at.piece, r->at.piece, sizeof t->at.piece);

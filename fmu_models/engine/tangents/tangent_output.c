@@ -48,8 +48,7 @@ static void evaluate_outputs(Tangents *tangents, int k, double length)
     Point at = t->at;
     for (int i = 0; i < MODEL_NX; i++)
         at.x[i] = tangents->x[i] + EPS * l->here[i][k % PAIR] * _Complex_I;
-    for (int i = 0; i < MODEL_NU; i++)
-        at.u[i] += at.du[i] * since;
+    inputs_move(&at, since);
     at.time += since;
     if (length > 0.0) memset(at.known, 0, sizeof at.known);
     flow_load(&at, j, 0);

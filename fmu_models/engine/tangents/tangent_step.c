@@ -11,16 +11,20 @@
 #include "linear_variation.h"
 
 /* where the series of the tangents start */
-static void load_variations(Tangents *tangents)
+static void load_variations(const Run *r, Tangents *tangents)
 {
     for (int k = 0; k < tangents->count; k++) {
+        Jets *j = &tangents->list[k].jets;
         const Point *at = &tangents->list[k].at;
         Variation *l = variation_of(tangents, k);
         const int lane = k % PAIR;
         l->t[0][lane] = cimag(at->time) / EPS;
+        if (MODEL_NU > 0) flow_load(at, j, r->segment_rooted);
         for (int i = 0; i < MODEL_NU; i++) {
-            l->u[i][0][lane] = cimag(at->u[i]) / EPS;
-            l->du[i][0][lane] = cimag(at->du[i]) / EPS;
+            for (int n = 0; n <= 2 * MODEL_INPUT_DEGREE; n++) {
+                l->u[i][n][lane] = cimag(j->u[i][n]) / EPS;
+                l->du[i][n][lane] = cimag(j->du[i][n]) / EPS;
+            }
         }
         for (int i = 0; i < MODEL_NX; i++)
             l->x[i][0][lane] = cimag(at->x[i]) / EPS;
@@ -69,8 +73,6 @@ static void take_series(Real (*own)[MODEL_TERMS + 1], int n, PairSeries *to, int
 static void follow_series(const Run *r, Tangent *t, Variation *l, int lane)
 {
     const int order = r->segment_rests >= 0 ? r->segment_order : taylor_order(r);
-    t->at.curved = r->at.curved;
-    memcpy(t->at.bend, r->at.bend, sizeof t->at.bend);
     if (r->segment_rests >= 0) {
         flow_load(&t->at, &t->jets, 0);
         flow_field(&t->at, &t->jets, 0, 0);
@@ -92,6 +94,7 @@ static void follow_series(const Run *r, Tangent *t, Variation *l, int lane)
 /* the variations of the series of the step, or of those in the root of the time that is left */
 static void vary_series(const Run *r, Tangents *tangents, double ending)
 {
+    load_variations(r, tangents);
     for (int k = 0; MODEL_CONES > 0 && k < tangents->count; k++)
         follow_series(r, &tangents->list[k], variation_of(tangents, k), k % PAIR);
     if (MODEL_CONES > 0) return;
@@ -227,7 +230,6 @@ static int ends_at_root(const Run *r)
 
 RunStatus tangents_fit_step(Run *r, Tangents *tangents)
 {
-    load_variations(tangents);
     if (r->segment_rooted) {
         vary_series(r, tangents, 0.0); /* there is no series in time */
         return RUN_OK;
@@ -236,7 +238,8 @@ RunStatus tangents_fit_step(Run *r, Tangents *tangents)
     vary_series(r, tangents, 0.0);
     if (r->segment_rests >= 0) return RUN_OK;
     const double length = shortest_length(r, tangents, r->segment_length);
-    if (!(length < r->segment_length) || !ends_at_root(r) || MODEL_CONES > 0) return taylor_shorten(r, length);
+    if (!(length < r->segment_length) || !ends_at_root(r) || r->at.curved || MODEL_CONES > 0)
+        return taylor_shorten(r, length);
     const double ending = variation_ending(r, taylor_order(r), tangents->rate);
     vary_series(r, tangents, ending);
     if (shortest_length(r, tangents, ending) < ending) {
@@ -252,7 +255,7 @@ double tangents_slope(const Run *r, Tangents *tangents, int i, double length)
     const double s = variation_variable(r, l, length);
     /* series in time know the rates less well than the states, the more so the shorter they are */
     if (l->ending > 0.0) return polynomial_value(tangents->rate[i], taylor_order(r) - 1, s);
-    return indicator_slope(r->jets.x[i], r->segment_order, s);
+    return polynomial_slope(r->jets.x[i], r->segment_order, s);
 }
 
 #include "../model/scalar_real.h"

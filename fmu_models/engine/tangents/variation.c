@@ -222,9 +222,9 @@ void variation_series(const Run *r, Variation *l, int order, HeldVariation held,
     const Jets *j = l->ending > 0.0 ? &r->scratch : &r->jets;
     const int rooted = r->segment_rooted;
     int any = 0;
-    for (int i = MODEL_SET_INPUTS; i < MODEL_NU; i++) {
-        l->u[i][1] = l->ending > 0.0 ? 2.0 * l->ending * l->du[i][0] : rooted ? PAIR_ZERO : l->du[i][0];
-        l->u[i][2] = l->ending > 0.0 ? -l->du[i][0] : rooted ? l->du[i][0] : PAIR_ZERO;
+    for (int i = 0; l->ending > 0.0 && i < MODEL_NU; i++) {
+        l->u[i][1] = 2.0 * l->ending * l->du[i][0];
+        l->u[i][2] = -l->du[i][0];
     }
     l->pushed = 0;
     for (int c = 0; c < MODEL_NC; c++) {

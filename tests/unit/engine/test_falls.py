@@ -29,7 +29,7 @@ ROUNDING = np.finfo(float).eps
 @pytest.fixture(scope="module")
 def roots(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     folder: Path = tmp_path_factory.mktemp("roots")
-    names = ("step/roots.c", "step/roots.h")
+    names = ("step/roots.c", "step/roots.h", "step/polynomial.h")
     sources = {name: text for name, text in engine_sources().items() if name in names}
     dll = ctypes.CDLL(str(compile_shared({**sources, "all.c": SHIM}, folder / "roots.so")))
     dll.fall.restype = dll.safe.restype = dll.until.restype = ctypes.c_double

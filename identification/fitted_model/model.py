@@ -266,7 +266,7 @@ def fmu_parameters(fit: FrictionFit) -> dict[str, float]:
     return values
 
 
-def check_same_rig(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[RigLog]) -> None:
+def check_rig_of(fit: FrictionFit, contacts: Sequence[str], logs: Sequence[RigLog]) -> None:
     """Refuse logs of another rig, of other discs or materials than those of a fit."""
     fitted, first = fit.contacts, logs[0]
     if not set(contacts) <= set(fitted):

@@ -18,7 +18,7 @@ from fmu_models.base.record import Recorded
 from fmu_models.base.shown import Pictured
 from identification.fit.followed import followed_in
 from identification.fit.result import FrictionFit
-from identification.fitted_model.model import FittedModel, SimulatedMotion, check_same_rig, fitted_model, fitted_rig
+from identification.fitted_model.model import FittedModel, SimulatedMotion, check_rig_of, fitted_model, fitted_rig
 from identification.measurement.motion import DiscMotion
 from identification.measurement.seen_beam import beam_words
 from identification.model_check import bifurcations as bifurcations
@@ -103,7 +103,7 @@ def compare_families(
     """
     families = measured_motions(logs, fitted_rig(fit).natural_period)
     for contacts, motions in families.items():
-        check_same_rig(fit, contacts, [motion.log for motion in motions])
+        check_rig_of(fit, contacts, [motion.log for motion in motions])
     comparisons = []
     for number, (contacts, motions) in enumerate(families.items()):
         model = fitted_model(fit, scene, contacts)

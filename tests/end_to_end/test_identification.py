@@ -30,7 +30,7 @@ from identification.report.residuals import refitted
 from rig_io.bench.emulation import RIG, Disc, Emulation
 from rig_io.bench.emulator import emulate, free_decay, standard_set
 from rig_io.logs.log import RigLog, StatedQuantity
-from rig_io.packages.datapackage import read_package, write_package
+from rig_io.packages.datapackage import write_package
 from rig_io.sensors.laser import Laser
 
 ROOT = Path(__file__).parents[2]
@@ -289,14 +289,6 @@ def test_bad_logs_are_refused_in_words(logs: list[RigLog], fit: FrictionFit) -> 
     heavier = replace(logs[0].rig, N0=StatedQuantity(9.81, "N"))
     with pytest.raises(StickslipError, match=r"N0 = 4\.905, the logs are of one with 9\.81"):
         compare_families(fit, [replace(logs[0], rig=heavier)])
-
-
-@pytest.mark.digits
-def test_the_logs_of_the_project_give_their_truth_back() -> None:
-    found = fit_friction(read_package(ROOT / "data" / "rigs" / "paper_rubber"))
-    for name, value in TRUTH.items():
-        low, high = found.interval(name, 0.999)
-        assert low < value < high
 
 
 @pytest.mark.nightly

@@ -141,9 +141,12 @@ def test_models_that_are_wrong_say_so_and_right_ones_do_not(benchmark: ModuleTyp
     assert "independent ones" in text and "held out" in text and "Tustin before Conti" in text
 
 
-def test_the_default_fit_is_near_the_bound(logs: list[RigLog]) -> None:
+@pytest.mark.digits
+def test_the_default_fit_gives_the_truth_back_near_the_bound(logs: list[RigLog]) -> None:
     fit = fit_friction(logs)
-    for parameter in fit.parameters:
+    for parameter, value in zip(fit.parameters, (0.65, 0.35, 15.0), strict=True):
+        low, high = fit.interval(parameter.name, 0.999)
+        assert low < value < high
         assert parameter.efficiency is not None and parameter.efficiency > 0.6
     assert fit.collinearity is not None and 4 < fit.collinearity.index < 8
     assert fit.warnings == ()

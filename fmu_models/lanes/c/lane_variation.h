@@ -175,13 +175,7 @@ static INLINE V NAME(product)(const V *a, const V *b)
     return sum;
 }
 
-static INLINE V NAME(norm)(const V *d)
-{
-    const V square = NAME(product)(d, d);
-    V root;
-    EACH(root, sqrt(square[l]))
-    return root;
-}
+static INLINE V NAME(norm)(const V *d) { return NAME(root_of)(NAME(product)(d, d)); }
 
 /* growth: of each; losing: lanes in which some may have been lost altogether */
 static __attribute__((noinline)) void NAME(orthonormalize)(V (*d)[MODEL_NX], int64_t directions, M losing, V *growth)

@@ -34,6 +34,17 @@ static INLINE V NAME(least)(V a, V b) { return NAME(pick)(a < b, a, b); }
 
 static INLINE V NAME(most)(V a, V b) { return NAME(pick)(a > b, a, b); }
 
+static INLINE V NAME(root_of)(V a)
+{
+#if __has_builtin(__builtin_elementwise_sqrt)
+    return __builtin_elementwise_sqrt(a);
+#else
+    V root;
+    EACH(root, sqrt(a[l]))
+    return root;
+#endif
+}
+
 static INLINE int NAME(any)(M m)
 {
     int64_t bits = 0;

@@ -129,24 +129,20 @@ class EngineInstance:
         self.handle: int = handle
 
     @cached_property
-    def _events(self) -> memoryview:
+    def event_bytes(self) -> memoryview:
+        """Room for EVENT_CAPACITY of dtype EVENT, which the engine writes to."""
         return np.empty(EVENT_CAPACITY * EVENT.itemsize, dtype=np.uint8).data
 
     @cached_property
     def whole_run(self) -> ctypes.Structure:
         """A request with room for events, to be filled in."""
-        return C.structure("WholeRun")(event_capacity=EVENT_CAPACITY, events=address(self._events))
+        return C.structure("WholeRun")(event_capacity=EVENT_CAPACITY, events=address(self.event_bytes))
 
     def lines(self, numbers: int) -> int:
         """Address of room for so many numbers, at the beginning of a line of memory; what was there is lost."""
         if self._kept.size < numbers + LINE:
             self._kept = np.empty(numbers + LINE)
         return -(-self._kept.ctypes.data // (8 * LINE)) * 8 * LINE
-
-    def events(self, n: int) -> NDArray[Any]:
-        """(n,) of dtype EVENT: a copy of those that the engine has written."""
-        # as bytes: numpy copies structures one by one
-        return np.frombuffer(bytearray(self._events[: n * EVENT.itemsize]), EVENT)
 
     def restart(self, initial: Mapping[int, float], start_time: float, tolerance: float) -> None:
         """Go to start values by reference; all others have their defaults. StickslipError: the engine refuses them."""

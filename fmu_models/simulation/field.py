@@ -89,7 +89,7 @@ class VectorField:
         """The rates at states (n,), with other values of parameters or inputs. StickslipError: the engine refuses the
         point."""
         self._start(states, parameters, time)
-        row = whole_run.run(self._engine, self._instance, 0, np.array([time]), self._read).values[0]
+        row = whole_run.run(self._engine, self._instance, None, np.array([time]), self._read).values[0]
         states, rates, contacts, indicators = np.split(row, self._ends)
         return FieldRates(states, rates, tuple(int(state) for state in contacts), indicators)
 

@@ -20,7 +20,7 @@ from fmu_models.simulation import whole_run
 from fmu_models.simulation.engine import engine_of, indicators_of
 from fmu_models.simulation.inputs import signals_of
 from fmu_models.simulation.signal import Knots, Signal, knots
-from fmu_models.simulation.trajectory import Columns, Events, Sides, Trajectory
+from fmu_models.simulation.trajectory import Columns, Sides, Trajectory
 
 if TYPE_CHECKING:
     from fmpy.model_description import ScalarVariable
@@ -178,8 +178,8 @@ def _rows(
     engine = model.engine
     instance = engine.take()
     try:
-        start = instance.start(initial, span[0], tolerance)
-        return whole_run.run(engine, instance, start, stops, references, driven, sides, progress)
+        begin = initial, span[0], tolerance
+        return whole_run.run(engine, instance, begin, stops, references, driven, sides, progress)
     finally:
         engine.give(instance)
 
@@ -266,15 +266,15 @@ class RunFacts:
 
     def trajectory(self, times: Vector, result: whole_run.Result) -> Trajectory:
         """The trajectory of a run, by names."""
-        rows, happened, steps, evaluations, seconds, both = result
-        made = object.__new__(Trajectory)  # what is frozen is written field by field otherwise: a tenth of a short run
-        vars(made).update({
+        rows, events, steps, evaluations, seconds, both = result
+        rows = rows if len(rows) == times.size else rows[: times.size]
+        trajectory = object.__new__(Trajectory)  # what is frozen is written field by field otherwise
+        vars(trajectory).update({
+            "_parts": (rows, self._columns, self._n_real, events, self._contacts, self._rigid),
             "time": times, "units": self._units.copy(), "steps": steps, "evaluations": evaluations, "seconds": seconds,
-            "values": Columns(rows if len(rows) == times.size else rows[: times.size], self._columns, self._n_real),
-            "events": Events(happened, self._contacts, self._rigid), "arrays": {}, "texts": {},
-            "sides": None if both is None else self._sides(both, times[-1]),
+            "arrays": {}, "texts": {}, "sides": None if both is None else self._sides(both, times[-1]),
         })  # fmt: skip
-        return made
+        return trajectory
 
     def _sides(self, rows: Vector, last: float) -> Sides:
         """Both sides of each instant, whose events may have come one by one."""

@@ -208,8 +208,8 @@ class SensitiveRun(Shown):
         """
         initial = self._initial(window, parameters, start)
         assert self._instance is not None
-        start = self._instance.start(initial, window.start_time, self.tolerance)
-        result = whole_run.run(self._engine, self._instance, start, *window.request)
+        begin = initial, window.start_time, self.tolerance
+        result = whole_run.run(self._engine, self._instance, begin, *window.request)
         return result.values, Events(result.events, self._contacts, self._rigid)
 
     def _initial(

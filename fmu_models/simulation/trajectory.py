@@ -227,6 +227,16 @@ class Trajectory(Tabular):
     texts: Mapping[str, tuple[str | bytes, str | bytes]] = field(default_factory=dict)
     sides: Sides | None = None
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """What a run of the engine has left to be made when it is asked for: its parts are beside the fields."""
+            if name not in ("values", "events") or "_parts" not in vars(self):
+                raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
+            rows, columns, n_real, events, contacts, rigid = vars(self)["_parts"]
+            vars(self).update(values=Columns(rows, columns, n_real), events=Events(events, contacts, rigid))
+            return vars(self)[name]
+
     def __contains__(self, name: object) -> bool:
         return name == "time" or name in self.values
 

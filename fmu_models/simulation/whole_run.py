@@ -1,7 +1,7 @@
 """The calls that make a whole run: what is asked of an instance, and what it gives."""
 
 from collections.abc import Callable, Iterator, Mapping
-from ctypes import Structure
+from ctypes import Structure, addressof, c_char
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_models.base.arrays import Vector
-from fmu_models.simulation.engine import RUN, C, Engine, EngineInstance, address
+from fmu_models.simulation.engine import EVENT, RUN, C, Engine, EngineInstance, address
 from fmu_models.simulation.signal import Knots
 
 SIDES = 256  # instants with events per call whose sides are recorded
 ALLOWANCE = 20000  # steps per call, some 50 ms: how long an interrupt from the keyboard waits
 
 _DONE, _MORE = RUN.DONE, RUN.MORE
+_EVENT_SIZE = EVENT.itemsize
+_AT: Callable[[Any], c_char] = c_char.from_buffer
 _PACK = C.packing("WholeRun", "start", "n_events").pack_into
 _WholeRun = C.structure("WholeRun")
 _RunStart = C.structure("RunStart")
@@ -65,23 +67,27 @@ class Result(NamedTuple):
 
 
 def run(
-    engine: Engine, instance: EngineInstance, start: int, times: Vector, references: NDArray[np.uint32],
-    inputs: tuple[NDArray[np.uint32], Knots] | None = None, sides: bool = False,
+    engine: Engine, instance: EngineInstance, begin: tuple[Mapping[int, float], float, float] | None, times: Vector,
+    references: NDArray[np.uint32], inputs: tuple[NDArray[np.uint32], Knots] | None = None, sides: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:  # fmt: skip
-    """Make the run of a ``Request``, part by part, from an ``EngineInstance.start``, or from where the instance is if
-    that is 0. StickslipError: the engine refuses the start, or cannot continue the motion."""
+    """Make the run of a ``Request``, part by part, from ``EngineInstance.start`` of what it begins with, or from where
+    the instance is. StickslipError: the engine refuses the start, or cannot continue the motion.
+
+    After other work every function and module that a short run enters costs it as much as ten lines.
+    """
     values = np.empty((times.size, references.size))
-    c, call, handle = instance.whole_run, engine.simulate, instance.handle
+    c, call, handle, buffer = instance.whole_run, engine.simulate, instance.handle, instance.event_bytes
     room = np.full((SIDES, 2, 1 + references.size), np.nan) if sides else None
-    _fill(c, times, references, values, inputs, room, start)
+    _fill(c, times, references, values, inputs, room, 0 if begin is None else instance.start(*begin))
     chunks, parts, seconds, status = [], [], 0.0, _MORE
     while status == _MORE:
         c.n_events = c.n_sides = 0
         started = perf_counter()
         status = call(handle, c)
         seconds += perf_counter() - started
-        chunks.append(instance.events(c.n_events))
+        # as bytes: numpy copies structures one by one
+        chunks.append(np.frombuffer(bytearray(buffer[: c.n_events * _EVENT_SIZE]), EVENT))
         if room is not None:
             parts.append(room[: c.n_sides].copy())
         if progress:
@@ -231,7 +237,7 @@ class Differentiator:
         events, changes, seconds = [], [], 0.0
         for took in _calls(self._engine.differentiate, self._instance, c, run):
             seconds += took
-            events.append(self._instance.events(run.n_events))
+            events.append(np.frombuffer(bytearray(self._instance.event_bytes[: run.n_events * _EVENT_SIZE]), EVENT))
             changes.append(self._event_derivatives[: run.n_events].copy())
             if details:
                 details.keep(run.n_events)
@@ -253,9 +259,10 @@ def _fill(
     inputs: tuple[NDArray[np.uint32], Knots] | None, sides: Vector | None = None, start: int = 0,
 ) -> None:  # fmt: skip
     """Write a request into the structure, whose arrays the caller keeps alive."""
+    where, at = addressof, _AT  # no array is empty here
     _PACK(
-        c, 0, start, times.size, references.size, address(times), address(references), address(values), 0, 0,
-        *((0, 0, 0) if sides is None else (SIDES, 0, address(sides))), ALLOWANCE, 0, 0, 0,
+        c, 0, start, times.size, references.size, where(at(times)), where(at(references)), where(at(values)), 0, 0,
+        *((0, 0, 0) if sides is None else (SIDES, 0, sides.ctypes.data)), ALLOWANCE, 0, 0, 0,
     )  # fmt: skip
     if inputs:
         driven, (knot_times, knot_values, rates) = inputs

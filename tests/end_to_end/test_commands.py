@@ -60,9 +60,11 @@ def test_a_switch_that_nothing_turns_off_is_off_unless_it_is_given():
 
 
 def test_paragraphs_of_help_are_broken_where_the_terminal_ends_and_nowhere_else():
+    """Examples are broken by ourselves, between options: see test_narrow_terminal."""
     program: Any = typer.main.get_command(application.whole())
     helps = [one.help for one in [*program.commands.values(), *program.commands["new"].commands.values()]]
-    assert len(helps) > 30 and not any("\n" in paragraph for help in helps for paragraph in help.split("\n\n")[1:])
+    texts = [text for one in helps for text in one.split("\n\n")[1:] if not text.startswith("Example:")]
+    assert len(helps) > 30 and texts and not any("\n" in text for text in texts)
 
 
 def test_the_installed_command_starts_without_heavy_imports(tmp_path):

@@ -72,6 +72,6 @@ class Runs:
 
     def end(self, x: Vector, values: Iterable[float], times: Sequence[float]) -> Vector:
         """(n,) states at the last of the times, without derivatives. StickslipError: there is no run."""
-        start = self._instance.start(self._initial(x, values), times[0], self._tolerance)
+        begin = self._initial(x, values), times[0], self._tolerance
         later = np.array(times[1:], dtype=float)
-        return whole_run.run(self._engine, self._instance, start, later, self._states).values[-1]
+        return whole_run.run(self._engine, self._instance, begin, later, self._states).values[-1]

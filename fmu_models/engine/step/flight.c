@@ -44,22 +44,22 @@ static void gap_start(const Run *r, const LinearMode *m, int row, Gap *g)
     g->value = g->parabola[0];
     g->slope = g->parabola[1];
     g->bend = g->parabola[2];
-    double swing = 0.0;
+    double swing = 0.0, by[MODEL_ROOM(MODEL_NH)][2] = {{0.0}};
+    for (int e = m->first[row]; e < m->first[row + 1]; e++) {
+        const int n = m->column[e] - Z_SINE;
+        if (n >= 0 && n < 2 * MODEL_NH) by[n / 2][n % 2] = -m->factor[e][0];
+    }
     for (int h = 0; h < MODEL_NH; h++) {
         const double sine = j->w[model_sine[h]][0], cosine = j->w[model_cosine[h]][0], rate = m->rate[h];
-        double by[2] = {0.0, 0.0};
-        for (int e = m->first[row]; e < m->first[row + 1]; e++)
-            if ((m->column[e] - Z_SINE) / 2 == h && m->column[e] >= Z_SINE)
-                by[(m->column[e] - Z_SINE) % 2] = -m->factor[e][0];
-        if (by[0] == 0.0 && by[1] == 0.0) continue;
-        const double C = by[0] * sine + by[1] * cosine, S = by[0] * cosine - by[1] * sine;
+        if (by[h][0] == 0.0 && by[h][1] == 0.0) continue;
+        const double C = by[h][0] * sine + by[h][1] * cosine, S = by[h][0] * cosine - by[h][1] * sine;
         g->parabola[0] -= C;
         g->parabola[1] -= rate * S;
         g->parabola[2] += 0.5 * rate * rate * C;
         g->rate[g->harmonics] = rate;
         g->cosine[g->harmonics] = C;
         g->sine[g->harmonics++] = S;
-        swing += rate * rate * (fabs(by[0]) + fabs(by[1]));
+        swing += rate * rate * (fabs(by[h][0]) + fabs(by[h][1]));
         g->fastest = fmax(g->fastest, fabs(rate));
     }
     g->least = 2.0 * g->parabola[2] - swing;

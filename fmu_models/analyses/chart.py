@@ -268,25 +268,30 @@ def _classes(system: SectionSystem, rows: RunRows, varied: Varied, cells: _Cells
         names = [", ".join(np.array(system.contacts, object)[row]) or "none" for row in sticking]
         counts = sticking.sum(axis=1).tolist()
         return [(n if good else "", float(count)) for n, count, good in zip(names, counts, sound, strict=True)]
-    motions = claimed(system, rows, varied, longest=longest).motions
+    claims, began = claimed(system, rows, varied, longest=longest), np.zeros((len(sound), len(system.contacts)), int)
+    for cycles, numbers in claims.parts:
+        began[numbers] = cycles.began
     classes: list[tuple[str, float]] = []
-    for i, motion in enumerate(motions):
-        if not sound[i]:
+    told = zip(sound.tolist(), claims.periods.tolist(), began.tolist(), strict=True)
+    for i, (good, period, counts) in enumerate(told):
+        if not good:
             classes.append(("", np.nan))
             continue
-        period, began = (motion.period, motion.began) if motion else _alike(system, rows, i, longest)
-        word = "-".join(map(str, (period, *began))) if period else "0"
+        if not period:
+            period, counts = _alike(system, rows, i, longest)
+        word = "-".join(map(str, (period, *counts))) if period else "0"
         classes.append((str(period) if quantity == "period" else word, float(period)))
     return classes
 
 
-def _alike(system: SectionSystem, rows: RunRows, i: int, longest: int) -> tuple[int, tuple[int, ...]]:
+def _alike(system: SectionSystem, rows: RunRows, i: int, longest: int) -> tuple[int, list[int]]:
     """Period and events of a run whose last points repeat themselves, though no stable motion was solved for."""
-    points = rows.points[i, : rows.filled[i]]
-    for n in range(1, min(longest, len(points) - 1) + 1):
-        if (np.abs(system.difference(points[n:] - points[:-n])) <= ALIKE * system.sizes()).all():
-            return n, tuple(rows.began[i, rows.filled[i] - n : rows.filled[i]].sum(axis=0).tolist())
-    return 0, ()
+    points, within = rows.points[i, : rows.filled[i]], ALIKE * system.sizes()
+    near = np.abs(system.difference(points[-1:] - points[-2::-1][:longest])) <= within
+    for n in (np.flatnonzero(near.all(axis=1)) + 1).tolist():
+        if (np.abs(system.difference(points[n:] - points[:-n])) <= within).all():
+            return n, rows.began[i, rows.filled[i] - n : rows.filled[i]].sum(axis=0).tolist()
+    return 0, []
 
 
 def _numbers(result: Chart) -> dict[str, float]:

@@ -102,7 +102,7 @@ def master_library() -> ctypes.CDLL:
     """The compiled master. StickslipError: the compiler is missing."""
     package = Path(compiler.__file__).parents[1]
     files = sorted(path for path in (package / "importer" / "c").iterdir() if path.suffix in (".c", ".h"))
-    files += [package / "engine" / "step" / name for name in ("roots.c", "roots.h")]
+    files += [package / "engine" / "step" / name for name in ("polynomial.h", "roots.c", "roots.h")]
     files.append(package / "engine" / "model" / "traps.h")
     sources = {path.relative_to(package).as_posix(): path.read_text("utf-8") for path in files}
     # one unit: the calls into the FMU sit in the innermost loops

@@ -97,6 +97,19 @@ void journey_differences(Job *job, double speed)
     journey_grown(job, factors, speed);
 }
 
+void journey_begin_held(Job *job)
+{
+    Tangents *tangents = job->e->room;
+    Run *r = &job->m->core.run;
+    const int n = (int)job->e->n_directions;
+    if (!job->e->jacobians || !journey_holds(r->at.state)) return;
+    for (int k = 0; k < n; k++)
+        tangents_place(r, tangents, k, job->directions[k]);
+    tangents_begin_held(r, tangents);
+    for (int k = 0; k < n; k++)
+        tangents_read(tangents, k, job->directions[k]);
+}
+
 void journey_grown(Job *job, double *factors, double speed)
 {
     if (job->e->flow) {

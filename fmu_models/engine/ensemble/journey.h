@@ -37,6 +37,16 @@ void journey_make_tangents(const Job *job);
 /* the run has stepped with tangents: the derivative of the step, or their growth, into its row; speed: of the motion now,
    where the first is along it */
 void journey_differences(Job *job, double speed);
+/* whether any contact is held in these states */
+static inline int journey_holds(const signed char *state)
+{
+    int holds = 0;
+    for (int c = 0; c < MODEL_NC; c++)
+        holds |= contact_is_held(state, c);
+    return holds;
+}
+/* derivatives that begin where the run is are those of a motion that starts there: none moves contacts that are held */
+void journey_begin_held(Job *job);
 /* the same of differences that are at right angles already, and have grown by these factors */
 void journey_grown(Job *job, double *factors, double speed);
 /* each difference has grown by a factor since it was set at right angles last */

@@ -241,6 +241,10 @@ static void note_tangents(Together *t, int slot)
     if (e->jacobians) {
         take_tangents(t, slot);
         journey_differences(job, 0.0);
+        if (journey_holds(t->motion[slot].state) && give(t, slot, &t->motion[slot], 0.0, NULL) == RUN_OK) {
+            prepare_series(t, job);
+            journey_begin_held(job);
+        }
         give_tangents(t, slot);
         return;
     }

@@ -15,6 +15,7 @@ Outcome series_step(Job *job)
     if (outcome != OUTCOME_FINISHED) return outcome;
     if (e->flow && exchange_derivatives(r, rates) == RUN_ERROR) return OUTCOME_BROKEN;
     journey_differences(job, e->flow ? growth_norm(rates, MODEL_NX) : 0.0);
+    journey_begin_held(job);
     return OUTCOME_FINISHED;
 }
 

@@ -23,6 +23,7 @@
  */
 #include "tangent.h"
 
+#include "../events/contact_placement.h"
 #include "../events/run.h"
 #include "../events/transition.h"
 #include "../step/roots.h"
@@ -285,6 +286,18 @@ void tangents_read(const Tangents *tangents, int k, double *direction)
     for (int c = 0; c < MODEL_NC; c++)
         direction[MODEL_NX + c] = cimag(at->memory[c]) / EPS;
     direction[MODEL_NX + MODEL_NC] = cimag(at->time) / EPS;
+}
+
+void tangents_begin_held(Run *r, Tangents *tangents)
+{
+    signed char held[NC];
+    placement_load(r);
+    for (int c = 0; c < MODEL_NC; c++)
+        held[c] = (signed char)(contact_is_held(r->at.state, c) && placement_has_lever(r, c));
+    for (int k = 0; k < tangents->count; k++) {
+        tangent_project(r, &tangents->list[k], held);
+        tangent_rejoin(r, &tangents->list[k]);
+    }
 }
 
 /* the first contact with a falling indicator */

@@ -23,6 +23,8 @@ void tangents_hold(Tangents *tangents);
    (MODEL_NX + MODEL_NC + 1 numbers), and the direction that it has come to */
 void tangents_place(const Run *r, Tangents *tangents, int k, const double *direction);
 void tangents_read(const Tangents *tangents, int k, double *direction);
+/* tangents that have been placed lose what would move contacts that are held, as where a motion starts there */
+void tangents_begin_held(Run *r, Tangents *tangents);
 /* a step from r towards a time, where there is none in use; until: how far the tangents may be evaluated at or moved by
    it */
 RunStatus tangents_expand(Run *r, Tangents *tangents, double end, double *until);

@@ -60,6 +60,16 @@ static void repeat_impact(const Run *r, Tangent *t)
     }
 }
 
+void tangent_project(const Run *r, Tangent *t, const signed char *member)
+{
+    Jets *j = &t->jets;
+    flow_load(&t->at, j, 0);
+    flow_field(&t->at, j, 0, 0);
+    for (int c = 0; c < MODEL_NC; c++)
+        if (r->at.state[c] != CONTACT_STICK) stick_unweighted(j, c);
+    contact_project(&t->at, j, member, t->at.state);
+}
+
 void tangent_repeat_event(const Run *r, Tangent *t)
 {
     Jets *j = &t->jets;
@@ -76,13 +86,7 @@ void tangent_repeat_event(const Run *r, Tangent *t)
     }
     repeat_impact(r, t);
     memcpy(t->at.state, r->at.state, sizeof t->at.state);
-    if (any) {
-        flow_load(&t->at, j, 0);
-        flow_field(&t->at, j, 0, 0);
-        for (int c = 0; c < MODEL_NC; c++)
-            if (r->at.state[c] != CONTACT_STICK) stick_unweighted(j, c);
-        contact_project(&t->at, j, r->projected, t->at.state);
-    }
+    if (any) tangent_project(r, t, r->projected);
     tangent_rejoin(r, t);
 }
 

@@ -6,6 +6,8 @@
 
 /* the tangent's own derivative on the run's value: both have moved by the same arithmetic, up to rounding */
 void tangent_rejoin(const Run *r, Tangent *t);
+/* the motion of these contacts is brought to rest */
+void tangent_project(const Run *r, Tangent *t, const signed char *member);
 /* what the run has done to its contacts and states at this instant */
 void tangent_repeat_event(const Run *r, Tangent *t);
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from fmu_models import maps
-from fmu_models.analyses import attractors
+from fmu_models.analyses import attractors, chart
 from fmu_models.analyses.attractors import claimed
 from fmu_models.families.jobs import Jobs
 from fmu_models.sections.iteration import Iteration
+from fmu_models.simulation.rows import RunRows
 
 
 def test_a_guess_that_has_arrived_at_another_motion_is_not_searched_again(monkeypatch):
@@ -49,3 +50,16 @@ def test_runs_look_alike_after_the_least_number_of_points_that_the_last_ones_rep
     assert attractors._alike(henon, points, 24).tolist() == expected
     assert expected[0] == period
     assert expected[2] == 0
+
+
+def test_a_cell_without_a_motion_has_the_period_after_which_all_its_points_repeat():
+    henon, random = Iteration.of(maps.load("henon")), np.random.default_rng(0)
+    rows = RunRows.empty(5, 12, 2, 1)
+    rows.filled[:] = 12, 12, 12, 1, 0
+    rows.points[:] = np.tile(random.normal(size=(3, 2)), (4, 1))
+    rows.points[1, 0] += 1.0  # repeats itself but for its first point
+    rows.points[2] = random.normal(size=(12, 2))
+    rows.began[:] = np.arange(12)[:, None]
+    found = [chart._alike(henon, rows, i, 8) for i in range(5)]
+    assert found == [(3, [9 + 10 + 11]), (0, []), (0, []), (0, []), (0, [])]
+    assert chart._alike(henon, rows, 0, 2) == (0, [])

@@ -23,8 +23,8 @@ from fmu_models.base.cache import digest
 from fmu_models.simulation.ensemble import Targets
 from fmu_models.simulation.rows import RunRows
 
-# steps of a section in a chunk at least, of one that is stored or travels (a cluster has 10 ms of work with each), and
-# at most: 3 ms of work with the smallest models; how many chunks there are between these; rows in one, at most
+# steps of a section in a chunk: at least (3 ms of work with the smallest models), at least if it is stored or travels
+# (a cluster has 10 ms of work with each), at most; how many chunks there are between these; rows in one, at most
 CHUNK, FAR_CHUNK, MOST_CHUNK = 5000, 40_000, 2_000_000
 CHUNKS, ROWS = 64, 400_000
 EARLY = 50  # steps after which a run that may end early has ended, as a rule

@@ -158,11 +158,11 @@ def write(
     return path
 
 
-def _pack(files: Mapping[str, bytes | str], path: Path, overwrite: bool) -> None:
+def _pack(files: Mapping[str, bytes | str], path: Path, overwrite: bool, method: int = zipfile.ZIP_DEFLATED) -> None:
     with write_whole(path, overwrite=overwrite) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.compress_type = method
             entry.create_system = 3  # Unix, whatever this machine is: part of the bytes
             entry.external_attr = 0o100644 << 16
             archive.writestr(entry, files[name])
@@ -233,7 +233,8 @@ def prepared(
     packed = file.parent / "sources" / file.name
     if not is_sealed(packed):
         packed.parent.mkdir(parents=True, exist_ok=True)
-        _pack(texts_beside(lowered(), fmi_version, Rights()), packed, overwrite=True)
+        texts = texts_beside(lowered(), fmi_version, Rights())
+        _pack(texts, packed, overwrite=True, method=zipfile.ZIP_STORED)  # it is soon read again
         seal(packed)
     return packed, functools.partial(_completed, packed, file, fmi_version)
 

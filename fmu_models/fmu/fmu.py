@@ -54,9 +54,9 @@ class Fmu(Shown):
             StickslipError: no such file, not an FMU, of another FMI version, an archive that is unsafe to unpack, or
                 a description that does not say what is meant.
         """
-        beside = sorted(file.name for file in Path(path).absolute().parent.glob("*.fmu"))
-        advice = nearest(Path(path).name, beside) or " Check its name and folder, or write one: stickslip export MODEL"
-        path = existing(path, advice=advice)
+        beside, name = Path(path).absolute().parent, Path(path).name
+        export = " Check its name and folder, or write one: stickslip export MODEL"
+        path = existing(path, advice=lambda: nearest(name, sorted(f.name for f in beside.glob("*.fmu"))) or export)
         if not path.is_file():
             raise StickslipError(f"'{path}' is a folder. Name an FMU, a file.")
         folder = claim_folder("fmu")

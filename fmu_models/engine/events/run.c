@@ -26,7 +26,7 @@
    ahead counts instead, so that the times at which a caller looks do not change the motion */
 static const double LOOK_AHEAD = 1024.0;
 
-void run_resume(Run *r)
+RARE void run_resume(Run *r)
 {
     r->stalled = 0;
     r->unseen = 0;
@@ -90,7 +90,7 @@ RARE RunStatus run_initialize(Run *r)
     return RUN_OK;
 }
 
-RunStatus run_reconsider(Run *r, int *changed)
+RARE RunStatus run_reconsider(Run *r, int *changed)
 {
     int moved = 0;
     run_touched(r);
@@ -206,7 +206,7 @@ double run_step_limit(const Run *r, double end)
 }
 
 /* go to the next crossing of the section on the present segment, up to a time since its start; 0 if there is none */
-static CALLED int reach_crossing(Run *r, double until)
+static RARE CALLED int reach_crossing(Run *r, double until)
 {
     const double s = section_next(r, r->segment_rooted ? sqrt(until) : until);
     if (s < 0.0) return 0;

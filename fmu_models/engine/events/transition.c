@@ -374,7 +374,7 @@ RARE void transition_tell(const Run *r, const signed char *before, EventSink sin
         if (told(r, c, before[c], &work, &event)) sink(context, &event);
 }
 
-RunStatus transition_tick(Run *r, EventSink sink, void *context)
+RARE RunStatus transition_tick(Run *r, EventSink sink, void *context)
 {
     signed char before[NC];
     int moved = 0;

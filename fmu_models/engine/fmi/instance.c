@@ -120,7 +120,7 @@ static const char *phase_name(int phase)
     }
 }
 
-Status instance_enter(Instance *m, int phases, const char *function)
+RARE Status instance_enter(Instance *m, int phases, const char *function)
 {
     if (!m) return STATUS_ERROR;
     if (m->core.phase & phases) return STATUS_OK;
@@ -190,7 +190,7 @@ static RARE Status check_parameters(Instance *m, const char *function)
     return violation ? instance_refuse(m, "%s: %s", function, violation) : STATUS_OK;
 }
 
-Status instance_reset(Instance *m)
+RARE Status instance_reset(Instance *m)
 {
     TRAPS_REST;
     run_reset(&m->core.run);
@@ -234,7 +234,7 @@ RARE Status instance_exit_initialization(Instance *m, const char *function)
     return STATUS_OK;
 }
 
-Status instance_settle(Instance *m, const char *function, int *changed)
+RARE Status instance_settle(Instance *m, const char *function, int *changed)
 {
     TRAPS_REST;
     Core *core = &m->core;
@@ -266,7 +266,7 @@ RARE Status instance_enter_event(Instance *m, const char *function)
     return STATUS_OK;
 }
 
-Status instance_resolve(Instance *m, const char *function)
+RARE Status instance_resolve(Instance *m, const char *function)
 {
     TRAPS_REST;
     Core *core = &m->core;

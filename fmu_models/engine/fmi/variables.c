@@ -263,7 +263,7 @@ static Status write_values(Instance *m, const char *function, const uint32_t *vr
     return STATUS_OK;
 }
 
-Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value)
+RARE Status variables_set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value)
 {
     return write_values(m, function, vr, n, NULL, value);
 }

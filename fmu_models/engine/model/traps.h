@@ -11,22 +11,20 @@
 
 #if defined(__GNUC__) && (defined(__SSE2__) || defined(__x86_64__))
 
-#include <xmmintrin.h>
-
 typedef unsigned Traps;
 
 static inline Traps traps_rest(void)
 {
-    const unsigned NONE = 0x1f80; /* the mask bits of all six exceptions */
-    const Traps before = _mm_getcsr();
-    if ((before & NONE) != NONE) _mm_setcsr(before | NONE);
+    const unsigned NONE = 0x1f80;                  /* the mask bits of all six exceptions */
+    const Traps before = __builtin_ia32_stmxcsr(); /* without xmmintrin.h, the longest of all headers */
+    if ((before & NONE) != NONE) __builtin_ia32_ldmxcsr(before | NONE);
     return before;
 }
 
 static inline void traps_return(const Traps *before)
 {
     const unsigned NONE = 0x1f80;
-    if ((*before & NONE) != NONE) _mm_setcsr(*before);
+    if ((*before & NONE) != NONE) __builtin_ia32_ldmxcsr(*before);
 }
 
 #define TRAPS_REST const Traps traps __attribute__((cleanup(traps_return), unused)) = traps_rest()

@@ -72,7 +72,7 @@ static int side_beyond(const Run *r, const double *p, double zero, double to)
 
 /* the next place at which p goes over to the other side, from the place given, where it is zero or positive on its
    side; -1 if none */
-static double next_crossing(const Run *r, const double *p, double from, int at_level, double to)
+static RARE double next_crossing(const Run *r, const double *p, double from, int at_level, double to)
 {
     const int order = r->segment_order;
     const int side = r->section.side;
@@ -94,7 +94,7 @@ static double next_crossing(const Run *r, const double *p, double from, int at_l
     return -1.0;
 }
 
-double section_next(Run *r, double to)
+RARE double section_next(Run *r, double to)
 {
     Section *q = &r->section;
     double p[POLYNOMIAL_TERMS];

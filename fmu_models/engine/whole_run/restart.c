@@ -26,7 +26,7 @@ RARE void *stickslip_open(char *message)
 
 void stickslip_close(void *instance) { instance_free(instance); }
 
-Status whole_run_enter_initialization(Instance *m, const char *function, const RunStart *start)
+RARE Status whole_run_enter_initialization(Instance *m, const char *function, const RunStart *start)
 {
     if (!m->core.co_simulation) return instance_refuse(m, "%s: only for Co-Simulation", function);
     if (instance_reset(m)) return STATUS_ERROR;

@@ -26,7 +26,7 @@ void whole_run_note(void *context, const ContactEvent *event)
 }
 
 /* inputs of the next knot; nothing to choose again where they go on as before */
-Status whole_run_pass_knot(Instance *m, WholeRun *run)
+RARE Status whole_run_pass_knot(Instance *m, WholeRun *run)
 {
     const double *values = run->knot_values + run->next_knot * run->n_inputs;
     const double *rates = run->knot_rates + run->next_knot * run->n_inputs;
@@ -105,7 +105,7 @@ static Status watch(Instance *m, const WholeRun *run)
 
 int64_t whole_run_event_reserve(const Run *r) { return (int64_t)r->tolerances.max_iterations * MODEL_NC; }
 
-Status whole_run_check_event_room(Instance *m, const WholeRun *run)
+RARE Status whole_run_check_event_room(Instance *m, const WholeRun *run)
 {
     int64_t reserve = whole_run_event_reserve(&m->core.run);
     if (run->event_capacity > reserve) return STATUS_OK;

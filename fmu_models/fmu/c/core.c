@@ -13,9 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#if defined(__SSE__)
-#include <xmmintrin.h>
-#endif
 
 #define STICKSLIP_CORE
 #pragma clang diagnostic ignored "-Wunused-function"

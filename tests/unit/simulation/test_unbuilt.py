@@ -18,7 +18,9 @@ from fmu_models.simulation.engine import engine_of
 from fmu_models.toolchain import compiler
 
 NIGHTLY = [pytest.param(name, marks=pytest.mark.nightly) for name in ("disc_rig", "impact_pair", "woodpecker")]
-NIGHTLY += [pytest.param(name, marks=pytest.mark.nightly) for name in ("discontinuous_support", "bouncing_ball")]
+NIGHTLY += [
+    pytest.param(name, marks=pytest.mark.nightly) for name in ("discontinuous_support", "bouncing_ball", "drive_motor")
+]
 
 
 def unbuilt(model: str, folder: Path, fmi_version: str = "3.0") -> UnbuiltFmu:

@@ -50,7 +50,8 @@ def test_exact_times_give_an_exact_fit_and_are_followed_from_the_start_that_was_
     times = np.array([event.time for event in simulate(ball, 3.0, parameters=TRUE, start=elsewhere).impacts])
     log = model_log({"t_hit": times}, ball, events={"table": "t_hit"}, name="heard")
     told = calibrate(ball, log, free=["e"], parameters={**TRUE, **elsewhere}, guesses=1, attempts=1)
-    assert told.residuals[0].rms == 0 and [one.misfit for one in told.minima] == [1.0]
+    # to rounding: runs with derivatives take series of a flight, which is one step without them
+    assert told.residuals[0].rms < 1e-15 and [one.misfit for one in told.minima] == [1.0]
     found = calibrate(ball, log, free=["e"], parameters=TRUE, attempts=1)
     assert [one.value for one in found.starts] == pytest.approx([0.006, -0.3], rel=1e-6)
     (line,) = follow(found, ball, log).residuals

@@ -108,7 +108,7 @@ class Jobs:
         if self.targets is not None or self.longest:
             steps = min(steps, EARLY)
         cost = max(1, steps * (1 + 2 * self.tangents))
-        target = min(max(FAR_CHUNK if far else CHUNK, len(self) * cost // CHUNKS // max(pace, 1)), MOST_CHUNK) * pace
+        target = max(FAR_CHUNK if far else CHUNK, min(len(self) * cost // CHUNKS // max(pace, 1), MOST_CHUNK)) * pace
         if self.chain == 1:
             size = max(together, min(target // cost, ROWS // max(self.rows, 1)), 1)
             return [Chunk(begin, min(begin + size, len(self))) for begin in range(0, len(self), size)]

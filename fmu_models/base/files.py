@@ -17,12 +17,12 @@ FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 OVERWRITE = "Choose another name, or have it replaced: --overwrite (in Python overwrite=True)."
 
 
-def existing(path: str | os.PathLike[str], kind: str = "file", advice: Callable[[], str] = str) -> Path:
-    """The path, if something is there. StickslipError: nothing is; ``kind`` is the word for it, ``advice`` says how
-    to get one, with a space before it."""
+def existing(path: str | os.PathLike[str], kind: str = "file", advice: str = "") -> Path:
+    """The path, if something is there. StickslipError: nothing is; ``kind`` is the word for it, ``advice`` on how to
+    get one, with a space before it."""
     target = Path(path)
     if not is_there(target):
-        raise StickslipError(f"There is no {kind} '{path}'.{shipped.hint(target) or advice()}")
+        raise StickslipError(f"There is no {kind} '{path}'.{shipped.hint(target) or advice}")
     return target
 
 

@@ -55,8 +55,10 @@ class Fmu(Shown):
                 a description that does not say what is meant.
         """
         beside, name = Path(path).absolute().parent, Path(path).name
-        export = " Check its name and folder, or write one: stickslip export MODEL"
-        path = existing(path, advice=lambda: nearest(name, sorted(f.name for f in beside.glob("*.fmu"))) or export)
+        advice = " Check its name and folder, or write one: stickslip export MODEL"
+        if not os.path.exists(path):
+            advice = nearest(name, sorted(f.name for f in beside.glob("*.fmu"))) or advice
+        path = existing(path, advice=advice)
         if not path.is_file():
             raise StickslipError(f"'{path}' is a folder. Name an FMU, a file.")
         folder = claim_folder("fmu")

@@ -74,7 +74,7 @@ def dependencies(fmu: Fmu, index: int, states: Sequence[str], gradient: NDArray[
     if declared:
         return [str(variable.name) for variable in declared if variable]
     largest = np.abs(gradient).max(initial=0.0)
-    return [name for name, g in zip(states, gradient, strict=True) if abs(g) > 1e-9 * largest > 0]
+    return [name for name, g in zip(states, gradient[: len(states)], strict=True) if abs(g) > 1e-9 * largest > 0]
 
 
 def motion_error(

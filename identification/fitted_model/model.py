@@ -16,7 +16,7 @@ from fmu_models.scene.scene import Scene
 from fmu_models.simulation.trajectory import Event, Trajectory
 from identification.fit.result import FrictionFit
 from identification.laws import bristled, find_law
-from identification.measurement.pooled import RigValues, rig_of
+from identification.measurement.pooled import RigValues, rig_values
 from rig_io.logs.arrangement import CHANGEOVER, MODELS, Arrangement
 from rig_io.logs.log import RigLog
 
@@ -238,7 +238,7 @@ def _of_scene(fit: FrictionFit, scene: Scene, contacts: tuple[str, ...]) -> tupl
 
 def fitted_rig(fit: FrictionFit) -> RigValues:
     """The constants of the rig with which a law was fitted."""
-    return rig_of((*fit.constants, *fit.nuisance))
+    return rig_values({constant.name: constant.value for constant in (*fit.constants, *fit.nuisance)})
 
 
 def rig_constants(fit: FrictionFit) -> dict[str, float]:

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 import pytest
+from closed_form import root
 from lazy_fmu import LazyFmu
-from scipy.optimize import brentq
 
 from fmu_models.simulation.run import simulate
 
@@ -29,7 +29,7 @@ def first_zero(gap, slope_bound):
     s = 0.0
     while gap(s) > 1e-9:
         s += gap(s) / slope_bound
-    return float(brentq(gap, s - 1e-7, s + 1e-4, xtol=1e-15, rtol=8.9e-16))
+    return root(gap, s - 1e-7, s + 1e-4)
 
 
 @pytest.mark.parametrize("gamma", [0.3, 1.2, 5.0, 12.0])

@@ -5,6 +5,7 @@
  */
 #include "cone_end.h"
 
+#include "cone_forces.h"
 #include "flow.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* The tangents themselves. From where this is included, numbers have a tangent, until scalar_real.h is. */
 #include "../model/run_state.h"
+#include "variation.h"
 
 #include "../model/scalar_tangent.h"
 
@@ -15,7 +16,6 @@
 #include "../step/cone_end.h"
 #include "../step/contact_forces.h"
 #include "../step/flow.h"
-#include "variation.h"
 
 typedef struct {
     Point at;

@@ -120,7 +120,7 @@ def test_posterior_of_a_small_case_is_its_normal_distribution(belt):
 def test_the_page_holds_values_logs_and_the_model_with_sliders(belt, read_back, elsewhere):
     findings = calibration_findings(read_back, belt, [elsewhere], interactive=True)
     text = page(findings)
-    assert findings.notes == [] and text.count("<svg") == 1 and text.count("<iframe sandbox=") == 1
+    assert findings.notes == [] and text.count("<svg") == 3 and text.count("<iframe sandbox=") == 1
     held = json.loads(re.findall(r'id="data">(.*?)</script>', text, flags=re.S)[0].replace("<\\/", "</"))
     assert held["calibration"] == json.loads(json.dumps(read_back.to_dict()))
     assert "&#x27;x&#x27; is followed to" in text and "How to cite" in text

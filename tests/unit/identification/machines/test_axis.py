@@ -179,7 +179,7 @@ def test_the_fit_of_a_recipe_goes_on_as_that_of_any_machine(tmp_path):
         "Coulomb friction" in page
         and "position: Friction laws" in page
         and "filters of the recipe" in page
-        and page.count("<svg") == 2
+        and page.count("<svg") == 4
     )
     handed = command("apply", fit, "-o", tmp_path / "axis.ssp")["values"]
     assert {name: handed[name]["value"] for name in TRUTH} == {one["name"]: one["value"] for one in found["parameters"]}

@@ -148,7 +148,7 @@ def test_the_commands_take_it_further(tmp_path: Path, saved: Path):
     page = (tmp_path / "page.html").read_text()
     held = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
     assert held["fit"]["parameters"] == json.loads(saved.read_text())["parameters"]
-    assert page.count("<svg") == 2 and "m1 r1 + 0.3 m2" in page and "http://" not in page.replace("http://www.w3", "")
+    assert page.count("<svg") == 4 and "m1 r1 + 0.3 m2" in page and "http://" not in page.replace("http://www.w3", "")
     command("apply", saved, "-o", tmp_path / "arm.fmu")
     values = {one.name.replace(" ", "_"): one.value for one in fit.parameters}
     fmu = Fmu.open(tmp_path / "arm.fmu")

@@ -180,7 +180,7 @@ def test_the_page_is_well_formed_and_needs_nothing_but_itself(text: str) -> None
     data = json.loads(scripts[0][1].replace("<\\/", "</"), parse_constant=pytest.fail)
     assert data["fit"] == json.loads(json.dumps(findings().fit.to_dict()))
     assert data["families"][0]["bifurcations"][0]["predicted"]["speed"] == 2.38
-    assert text.count("<svg") == 3
+    assert text.count("<svg") == 6  # three at a glance; friction, residuals, family
 
 
 def test_the_page_says_what_was_found(text: str) -> None:
